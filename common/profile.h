@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace archetide {
+
+/// Accumulated wall seconds per named phase, in order of first use. Nested names by '/'.
+class Profile {
+ public:
+  void add(const std::string& phase, double seconds);
+  double seconds(const std::string& phase) const;
+  const std::vector<std::string>& phases() const { return order_; }
+  void clear();
+
+ private:
+  std::vector<std::string> order_;
+  std::map<std::string, double> seconds_;
+};
+
+/// Adds the life time of the scope to a phase.
+class ScopedTimer {
+ public:
+  ScopedTimer(Profile& profile, std::string phase)
+      : profile_(profile), phase_(std::move(phase)), start_(std::chrono::steady_clock::now()) {}
+  ~ScopedTimer() {
+    profile_.add(phase_, std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+  }
+  ScopedTimer(const ScopedTimer&) = delete;
+  ScopedTimer& operator=(const ScopedTimer&) = delete;
+
+ private:
+  Profile& profile_;
+  std::string phase_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace archetide

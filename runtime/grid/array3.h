@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "common/types.h"
+
+namespace archetide {
+
+/// A dense nx x ny x nz array, x fastest.
+template <class T>
+class Array3 {
+ public:
+  Array3() = default;
+  Array3(int nx, int ny, int nz, T value = T()) { resize(nx, ny, nz, value); }
+  void resize(int nx, int ny, int nz, T value = T()) {
+    nx_ = nx, ny_ = ny, nz_ = nz;
+    data_.assign(static_cast<std::size_t>(nx) * ny * nz, value);
+  }
+  void fill(T value) { data_.assign(data_.size(), value); }
+  int nx() const { return nx_; }
+  int ny() const { return ny_; }
+  int nz() const { return nz_; }
+  std::size_t size() const { return data_.size(); }
+  std::size_t index(int i, int j, int k) const {
+    return i + static_cast<std::size_t>(nx_) * (j + static_cast<std::size_t>(ny_) * k);
+  }
+  bool contains(int i, int j, int k) const {
+    return i >= 0 && j >= 0 && k >= 0 && i < nx_ && j < ny_ && k < nz_;
+  }
+  T& operator()(int i, int j, int k) { return data_[index(i, j, k)]; }
+  const T& operator()(int i, int j, int k) const { return data_[index(i, j, k)]; }
+  T& operator[](std::size_t n) { return data_[n]; }
+  const T& operator[](std::size_t n) const { return data_[n]; }
+  T* data() { return data_.data(); }
+  const T* data() const { return data_.data(); }
+  void swap(Array3& other) {
+    std::swap(nx_, other.nx_), std::swap(ny_, other.ny_), std::swap(nz_, other.nz_);
+    data_.swap(other.data_);
+  }
+
+ private:
+  int nx_ = 0, ny_ = 0, nz_ = 0;
+  std::vector<T> data_;
+};
+
+}  // namespace archetide

@@ -1,0 +1,37 @@
+find_package(GTest REQUIRED)
+include(GoogleTest)
+
+# Every tests/<kind>/<folder>/*_test.cpp becomes one executable test_<kind>_<folder>, linked to `libs`. Test cases
+# whose suite name begins with "Slow" carry the label "slow", all others "fast".
+function(archetide_tests name folder)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${folder}/*_test.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${name} ${sources})
+  target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest_main)
+  gtest_discover_tests(${name} TEST_FILTER "-Slow*" PROPERTIES LABELS fast TIMEOUT 600
+                       DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name} TEST_FILTER "Slow*" PROPERTIES LABELS slow TIMEOUT 7200
+                       DISCOVERY_TIMEOUT 60)
+endfunction()
+
+if(EXISTS ${CMAKE_SOURCE_DIR}/tests/support)
+  archetide_library(archetide_test_support tests/support archetide_coupling)
+endif()
+archetide_tests(test_unit_common unit/common archetide_common)
+archetide_tests(test_unit_grid unit/grid archetide_grid)
+archetide_tests(test_unit_numerics unit/numerics archetide_numerics)
+archetide_tests(test_unit_fluid unit/fluid archetide_fluid)
+archetide_tests(test_unit_solid unit/solid archetide_solid archetide_test_support)
+archetide_tests(test_unit_contact unit/contact archetide_contact archetide_test_support)
+archetide_tests(test_unit_coupling unit/coupling archetide_coupling archetide_test_support)
+archetide_tests(test_unit_scene unit/scene archetide_scene)
+archetide_tests(test_unit_output unit/output archetide_output)
+archetide_tests(test_architecture architecture)
+if(TARGET archetide_precompute)
+  archetide_tests(test_unit_precompute unit/precompute archetide_precompute)
+endif()
+archetide_tests(test_analytic analytic archetide_scene archetide_test_support)
+archetide_tests(test_hard hard archetide_scene archetide_test_support)
+archetide_tests(test_scenes scenes archetide_scene archetide_output)
