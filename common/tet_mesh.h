@@ -15,7 +15,8 @@ struct TetMesh {
 
 double tet_volume(const TetMesh& mesh, int tet);
 
-/// The boundary of a tet mesh as an outward oriented surface; surface_to_node[v] is the node of vertex v.
+/// The boundary of a tet mesh as an outward oriented surface; surface_to_node[v] is the node of
+/// vertex v.
 TriMesh boundary_surface(const TetMesh& mesh, std::vector<int>& surface_to_node);
 
 }  // namespace archetide

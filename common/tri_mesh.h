@@ -6,13 +6,15 @@
 
 namespace archetide {
 
-/// A triangle surface. Outward orientation (counter-clockwise seen from outside) where it is closed.
+/// A triangle surface. Outward orientation (counter-clockwise seen from outside) where it is
+/// closed.
 struct TriMesh {
   std::vector<Vec3> vertices;    // n, m
   std::vector<Vec3i> triangles;  // nf, vertex indices
 };
 
-/// Volume enclosed by a closed, outward oriented surface, m^3 (divergence theorem; negative if inward).
+/// Volume enclosed by a closed, outward oriented surface, m^3 (divergence theorem; negative if
+/// inward).
 double enclosed_volume(const TriMesh& mesh);
 
 /// Centroid of the enclosed solid, m.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -39,10 +40,22 @@ struct Configuration {
   Quat rotation = Quat::Identity();
   VecX q;      // r
   VecX q_dot;  // r
+  Vec3 delta_L = Vec3::Zero();  // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
 };
+
+/// Where the body is now.
+Configuration current_configuration(const ReducedBody& body);
+
+/// Second moments of the deformed shape y = x + S q in the body frame, O(r^2); mass_scale included.
+struct Moments {
+  Mat3 Syy;             // sum m y y^T, kg m^2
+  std::vector<Mat3> C;  // r: sum m y phi_i^T, kg m
+};
+Moments deformed_moments(const ReducedBody& body, const VecX& q);
 
 /// Everything of one configuration that follows from the archetype's integrals, O(r^2).
 struct ConfigurationTerms {
+  Moments moments;          // body frame
   double mass = 0.0;        // kg
   Mat3 inertia;             // I(q), world, about the centre of mass, kg m^2
   Mat3 inertia_inverse;
@@ -67,9 +80,16 @@ struct GeneralisedMass {
   VecX solve(const VecX& f) const;  // H^-1 f
 };
 
+/// y of the body's present momenta, (P/m, I^-1 L, q_dot), 6 + r.
+VecX generalised_velocity(const ReducedBody& body, const ConfigurationTerms& terms);
+
 /// Which of the two solves of Section 6 a step belongs to: the first advances velocities by dt/2 only to
 /// obtain the velocity that moves the positions, the second advances velocities by dt.
 enum class Stage { kPositionHalf, kVelocityFull };
+
+/// H of a stage; dt = 0 gives the mass that an instantaneous impulse meets, M_hat = M_q.
+GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms, double dt,
+                                 Stage stage, ModalStep step);
 
 /// Uncoupled motion of a body over one stage: y* after explicit forces, and the mass that further
 /// impulses meet: y = y* + H^-1 f.
@@ -80,7 +100,9 @@ struct FreeMotion {
 };
 
 /// `at` is the configuration where inertia, filter and fictitious forces are evaluated: x^n for the first stage, the midpoint
-/// (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot) for the second, which makes the whole second order.
+/// (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot; what
+/// advance_pose returns) for the second, which makes the whole second order. The elastic force starts from
+/// q^n = 2 at.q - body.q, right for both stages, whether the pose has advanced or not.
 /// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the stage.
 /// dt is the length of the whole step, s.
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force, double dt,

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/input_error.h"
+
+namespace archetide {
+
+/// Options that both executables share.
+struct CommonOptions {
+  int threads = 0;        // 0: ARCHETIDE_THREADS, or else all cores
+  bool verbose = false;   // -v
+  bool quiet = false;     // -q: errors only
+  std::string log_file;   // a copy of the log
+};
+
+/// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
+template <class App>
+void add_common_options(App& app, CommonOptions& options) {
+  app.add_option("-t,--threads", options.threads,
+                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or all cores)")
+      ->type_name("N");
+  app.add_flag("-v,--verbose", options.verbose, "say more");
+  app.add_flag("-q,--quiet", options.quiet, "errors only");
+  app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
+}
+
+/// The exit codes as a paragraph for --help.
+std::string exit_code_help();
+
+/// Opens the log, checks and sets the number of threads. Throws InputError, MachineError.
+void apply_common_options(const CommonOptions& options);
+
+/// The log: lines on stderr, copied to every open log file. Data goes to stdout, never here.
+enum class LogLevel { kQuiet, kNormal, kVerbose };
+LogLevel log_level();
+void set_log_level(LogLevel level);
+/// Throws MachineError when the file cannot be opened.
+void open_log_file(const std::string& path);
+void close_log_files();
+void log_error(const std::string& line);
+void log_info(const std::string& line);
+void log_detail(const std::string& line);  // with -v
+
+/// Throws InputError when the first word of the command line is no verb, with the nearest one.
+void check_verb(int argc, char** argv, const std::vector<std::string>& verbs);
+
+/// For the message of a command-line parser: adds the nearest of `known` options or verbs for each word of
+/// the command line that looks like a mistyped option.
+InputError command_line_error(const std::string& message, int argc, char** argv,
+                              const std::vector<std::string>& known);
+
+/// Runs the program and turns every exception into a line on the log and an exit code: Error -> its code, out
+/// of memory -> 5, anything else -> 1.
+int guarded_main(const std::function<int()>& program);
+
+/// The exit code and log line of the exception being handled (call inside a catch block).
+int report_current_exception();
+
+}  // namespace archetide

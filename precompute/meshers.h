@@ -1,0 +1,25 @@
+#pragma once
+
+#include "common/tet_mesh.h"
+#include "common/tri_mesh.h"
+
+namespace archetide {
+
+/// Back ends of tetrahedralize(), one translation unit each; `size` is the wanted edge length, m.
+struct MeshRequest {
+  double size = 0.0;            // edge length inside, m
+  double facet_distance = 0.0;  // largest distance of a boundary facet's centre to the surface, m
+  unsigned seed = 1;
+};
+
+/// Smooth surfaces: boundary points anywhere on the surface.
+TetMesh mesh_with_cgal(const TriMesh& surface, const MeshRequest& request);
+
+/// Surfaces with sharp edges, which the mesh follows. `sharp_angle`: degrees between face normals.
+TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
+                             const MeshRequest& request);
+
+/// Keeps the surface's triangles as they are; only the interior follows `size`.
+TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request);
+
+}  // namespace archetide

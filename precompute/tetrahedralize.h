@@ -1,0 +1,31 @@
+#pragma once
+
+#include "common/tet_mesh.h"
+#include "common/tri_mesh.h"
+#include "precompute/quality.h"
+
+namespace archetide {
+
+enum class Mesher { kCgal, kGmsh };
+
+struct TetrahedralizeOptions {
+  Mesher mesher = Mesher::kCgal;
+  int target = 10'000;             // wanted number of tets, 100 .. 5e6
+  double target_tolerance = 0.15;  // relative miss of the target that triggers one correction
+  unsigned seed = 1;               // of the mesher's random generator
+  QualityLimits limits;
+};
+
+struct TetrahedralizeResult {
+  TetMesh mesh;        // in the coordinates of the input surface
+  TetQuality quality;  // passed options.limits
+  double edge = 0.0;   // edge length that the last attempt asked for, m
+  int attempts = 0;    // 1 or 2
+};
+
+/// Fills a closed, manifold, outward oriented surface without self-intersections (the caller has
+/// checked; an open one would crash the mesher, so it is refused here again). Same input, same
+/// output. Throws InputError (surface unfit), NumericsError (quality gate).
+TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeOptions& options);
+
+}  // namespace archetide

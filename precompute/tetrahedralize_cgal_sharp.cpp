@@ -1,0 +1,16 @@
+#include <CGAL/Polyhedral_mesh_domain_with_features_3.h>
+
+#include "precompute/cgal_mesher.h"
+
+namespace archetide {
+
+TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
+                             const MeshRequest& request) {
+  using Domain = CGAL::Polyhedral_mesh_domain_with_features_3<cgal::Kernel, cgal::Polyhedron>;
+  CGAL::get_default_random() = CGAL::Random(request.seed);
+  Domain domain(cgal::to_polyhedron(surface), &CGAL::get_default_random());
+  domain.detect_features(sharp_angle);
+  return cgal::mesh_domain(domain, request);
+}
+
+}  // namespace archetide

@@ -1,0 +1,244 @@
+#include "runtime/coupling/coupled_solve.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace archetide {
+namespace {
+
+// The multigrid cycle of the water with an exact correction of the closed regions' constants.
+class CoupledPreconditioner {
+ public:
+  CoupledPreconditioner(const CoupledOperator& op, Multigrid& cycle) : op_(op), cycle_(cycle) {}
+  void apply(const double* r, double* z) {
+    cycle_.apply(r, z);
+    op_.add_closed_correction(r, z);
+    op_.project(z);
+  }
+
+ private:
+  const CoupledOperator& op_;
+  Multigrid& cycle_;
+};
+
+// Net outflow of the water through the open part of a cell's faces, m/s (per dx^2).
+double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int k) {
+  return w[0](i + 1, j, k) * u[0](i + 1, j, k) - w[0](i, j, k) * u[0](i, j, k) +
+         w[1](i, j + 1, k) * u[1](i, j + 1, k) - w[1](i, j, k) * u[1](i, j, k) +
+         w[2](i, j, k + 1) * u[2](i, j, k + 1) - w[2](i, j, k) * u[2](i, j, k);
+}
+
+// u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
+void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const Array3<double>& x,
+                    MacField& u, FaceField<unsigned char>& valid) {
+  const Array3<CellKind>& kind = s.matrix.kind;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Array3<double>& w = s.matrix.w[axis];
+    Array3<double>& v = u[axis];
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < v.nz(); ++k)
+      for (int j = 0; j < v.ny(); ++j)
+        for (int i = 0; i < v.nx(); ++i) {
+          const std::size_t f = v.index(i, j, k);
+          valid[axis][f] = 0;
+          if (w[f] == 0.0) continue;
+          const Vec3i high(i, j, k), low = high - Vec3i::Unit(axis);
+          const auto unknown = [&](const Vec3i& c) {
+            return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
+          };
+          const bool high_water = unknown(high), low_water = unknown(low);
+          if (!high_water && !low_water) continue;
+          valid[axis][f] = 1;
+          if (high_water && low_water) {
+            v[f] -= x(i, j, k) - x(low[0], low[1], low[2]);
+          } else if (low_water) {
+            const SurfaceFace face = surface_face(g, s.surface, s.hydrostatics, low, axis, 1);
+            v[f] -= (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
+          } else {
+            const SurfaceFace face = surface_face(g, s.surface, s.hydrostatics, high, axis, -1);
+            v[f] -= (x(i, j, k) - to_phi * (face.value - s.surface_mean)) / face.theta;
+          }
+        }
+  }
+}
+
+}  // namespace
+
+void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
+                            const std::vector<CoupledBody>& bodies) {
+  water_.setup(s.matrix);
+  closed_.setup(s.matrix);
+  bodies_.resize(bodies.size());
+  const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const BodyFlux& f = bodies[b].flux;
+    Body& body = bodies_[b];
+    body.cell.clear();
+    body.flux.resize(f.flux.rows(), f.flux.cols());
+    for (std::size_t m = 0; m < f.cell.size(); ++m) {
+      if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
+      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) = f.flux.col(static_cast<Eigen::Index>(m)) / area;
+      body.cell.push_back(f.cell[m]);
+    }
+    body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
+    body.inverse_mass = mass * bodies[b].inverse_mass;
+  }
+  setup_closed_regions();
+}
+
+void CoupledOperator::setup_closed_regions() {
+  const auto n = static_cast<Eigen::Index>(closed_.count());
+  null_vectors_.resize(n, 0);
+  closed_inverse_.resize(n, n);
+  if (n == 0) return;
+
+  // E^T A E: only the bodies' part acts on constants.
+  MatX G = MatX::Zero(n, n);
+  double scale = 0.0;
+  std::vector<double> indicator(size(), 0.0);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = bodies_[b];
+    MatX sums(body.flux.rows(), n);
+    for (Eigen::Index c = 0; c < n; ++c) {
+      const double one = 1.0 / std::sqrt(static_cast<double>(closed_.size(c)));
+      closed_.add_constant(c, one, indicator.data());
+      sums.col(c) = gather(b, indicator.data());
+      closed_.add_constant(c, -one, indicator.data());
+      scale = std::max(scale, one * one * (body.flux.transpose() * body.inverse_mass).cwiseProduct(body.flux.transpose()).sum());
+    }
+    G.noalias() += sums.transpose() * body.inverse_mass * sums;
+  }
+  // A direction whose stiffness is round-off of the bodies' total is null.
+  constexpr double kNull = 1e-12;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
+  closed_inverse_.setZero();
+  for (Eigen::Index e = 0; e < n; ++e) {
+    const VecX v = eigen.eigenvectors().col(e);
+    if (eigen.eigenvalues()[e] > kNull * scale) {
+      closed_inverse_ += v * v.transpose() / eigen.eigenvalues()[e];
+    } else {
+      null_vectors_.conservativeResize(Eigen::NoChange, null_vectors_.cols() + 1);
+      null_vectors_.rightCols<1>() = v;
+    }
+  }
+}
+
+VecX CoupledOperator::gather(std::size_t b, const double* x) const {
+  const Body& body = bodies_[b];
+  VecX sum = VecX::Zero(body.flux.rows());
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
+  return sum;
+}
+
+void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
+  const Body& body = bodies_[b];
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
+}
+
+void CoupledOperator::apply(const double* x, double* y) const {
+  water_.apply(x, y);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
+}
+
+void CoupledOperator::project(double* v) const {
+  if (null_vectors_.cols() == 0) return;
+  VecX sums(closed_.count());
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
+  const VecX remove = null_vectors_ * (null_vectors_.transpose() * sums);
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
+}
+
+void CoupledOperator::add_closed_correction(const double* r, double* z) const {
+  if (closed_.empty()) return;
+  VecX sums(closed_.count());
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    sums[c] = closed_.mean(c, r) * std::sqrt(static_cast<double>(closed_.size(c)));
+  const VecX add = closed_inverse_ * sums;
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    closed_.add_constant(c, add[c] / std::sqrt(static_cast<double>(closed_.size(c))), z);
+}
+
+SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
+                                 std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
+                                 MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure) {
+  const auto start = std::chrono::steady_clock::now();
+  const double rho = s.hydrostatics.density;
+  operator_.setup(g, s, rho, bodies);
+  multigrid_.setup(operator_.water(), &operator_.closed());
+
+  // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated on.
+  rhs_.assign(operator_.size(), 0.0);
+  std::vector<double>& ones = rhs_;
+  for (std::size_t n = 0; n < ones.size(); ++n) ones[n] = s.matrix.kind[n] == CellKind::kUnknown;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    CoupledBody& body = bodies[b];
+    body.impulse = -dt * rho * s.surface_mean * g.dx * g.dx * operator_.gather(b, ones.data());
+    body.y = body.y_star + body.inverse_mass * body.impulse;
+  }
+
+  // b = Fhat y - sum sign w u* + surface terms
+  const double to_phi = dt / g.dx;
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t n = s.matrix.kind.index(i, j, k);
+        const bool water = s.matrix.kind[n] == CellKind::kUnknown;
+        rhs_[n] = water ? to_phi * s.surface_rhs[n] - outflow(s.matrix.w, u, i, j, k) : 0.0;
+        if (!water) pressure[n] = 0.0;
+      }
+  for (std::size_t b = 0; b < bodies.size(); ++b) operator_.scatter(b, bodies[b].y, rhs_.data());
+
+  // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not iterated on.
+  const double head = s.hydrostatics.gravity.norm() * g.dx * std::max({g.nx, g.ny, g.nz});
+  PcgOptions pcg_options;
+  pcg_options.tolerance = options.tolerance;
+  pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
+  pcg_options.max_iterations = options.max_iterations;
+  CoupledPreconditioner preconditioner(operator_, multigrid_);
+  const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  SolveReport report = pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
+  report.setup_seconds = setup;
+
+  // Pressure to bodies and water.
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    CoupledBody& body = bodies[b];
+    const VecX f = -rho * g.dx * g.dx * g.dx * operator_.gather(b, pressure.data());
+    body.impulse += f;
+    body.y += body.inverse_mass * f;
+  }
+  apply_pressure(g, s, to_phi, pressure, u, valid);
+  return report;
+}
+
+std::size_t CoupledSolver::bytes() const {
+  const PcgWorkspace& w = workspace_;
+  return multigrid_.bytes() + sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size());
+}
+
+double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
+                      const std::vector<CoupledBody>& bodies) {
+  std::vector<double> defect(s.matrix.size(), 0.0);
+  for (const CoupledBody& body : bodies)
+    for (std::size_t m = 0; m < body.flux.cell.size(); ++m)
+      defect[body.flux.cell[m]] -=
+          body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
+  double largest = 0.0;
+#pragma omp parallel for schedule(static) reduction(max : largest)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t n = s.matrix.kind.index(i, j, k);
+        if (s.matrix.kind[n] != CellKind::kUnknown) continue;
+        largest = std::max(largest, std::abs(outflow(s.matrix.w, u, i, j, k) + defect[n]));
+      }
+  return largest / g.dx;
+}
+
+}  // namespace archetide

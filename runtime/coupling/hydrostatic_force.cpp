@@ -1,0 +1,125 @@
+#include "runtime/coupling/hydrostatic_force.h"
+
+#include <cmath>
+
+#include "runtime/coupling/clip.h"
+
+namespace archetide {
+namespace {
+
+// Accumulates -integral h v . n for polygons of one triangle, v = 1, e x (x - t) and the modes, all linear.
+class TriangleForce {
+ public:
+  TriangleForce(const BodySurface& s, VecX& force) : s_(s), force_(force), phi_n_(3, s.body->r) {}
+
+  void start(const Vec3i& t) {
+    t_ = t;
+    for (int v = 0; v < 3; ++v) corner_[v] = s_.points[t[v]];
+    normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]).stableNormalized();
+    const Vec3 n_body = s_.R.transpose() * normal_;
+    const MatX& modes = s_.body->archetype->surface_modes;
+    for (int i = 0; i < s_.body->r; ++i)
+      for (int v = 0; v < 3; ++v) phi_n_(v, i) = modes.col(i).segment<3>(3 * t[v]).dot(n_body);
+  }
+  Vec3 at(const Vec3& bary) const {
+    return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
+  }
+
+  // Triangle of corners with weights w[0..2] and values h[0..2]: the product of two linear functions integrates to
+  // area / 12 (sum h_a v_a + sum h sum v).
+  void add(const Vec3 w[3], const double h[3]) {
+    const Vec3 x[3] = {at(w[0]), at(w[1]), at(w[2])};
+    const double area = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).dot(normal_);
+    const double h_sum = h[0] + h[1] + h[2];
+    Vec3 mean_weight = Vec3::Zero();  // integral of h times the weights of the whole triangle
+    for (int a = 0; a < 3; ++a) mean_weight += area / 12.0 * (h[a] + h_sum) * w[a];
+    const Vec3 f = area / 3.0 * h_sum * normal_;
+    force_.head<3>() -= f;
+    force_.segment<3>(3) -= (at(mean_weight) - mean_weight.sum() * s_.centre).cross(normal_);
+    force_.tail(s_.body->r).noalias() -= phi_n_.transpose() * mean_weight;
+  }
+
+ private:
+  const BodySurface& s_;
+  VecX& force_;
+  Vec3i t_;
+  Vec3 corner_[3], normal_;
+  MatX phi_n_;  // 3 x r, phi_i . n at the triangle's vertices
+};
+
+enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
+
+}  // namespace
+
+VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& mid_points,
+                       const PressureSystem& water) {
+  const Hydrostatics& hydro = water.hydrostatics;
+  const FreeSurface& free = water.surface;
+  VecX force = VecX::Zero(s.body->dofs());
+  TriangleForce triangle(s, force);
+  const Array3<CellKind>& kind = water.matrix.kind;
+  const Vec3 rho_g = hydro.density * hydro.gravity;
+  const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
+
+  // A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
+  const double deep = -2.0 * g.dx;
+  const auto is_deep = [&](const Vec3 x[3]) {
+    Vec3 lo = x[0].cwiseMin(x[1]).cwiseMin(x[2]), hi = x[0].cwiseMax(x[1]).cwiseMax(x[2]);
+    if ((lo.array() < 0.0).any() || hi[0] >= g.nx || hi[1] >= g.ny || hi[2] >= g.nz) return false;
+    const Vec3i a = lo.cast<int>(), b = hi.cast<int>();
+    for (int k = a[2]; k <= b[2]; ++k)
+      for (int j = a[1]; j <= b[1]; ++j)
+        for (int i = a[0]; i <= b[0]; ++i)
+          if ((*free.phi)(i, j, k) > deep || kind(i, j, k) == CellKind::kDirichlet) return false;
+    return true;
+  };
+
+  for (const Vec3i& t : s.body->archetype->surface.triangles) {
+    triangle.start(t);
+    const Vec3 mid[3] = {mid_points[t[0]], mid_points[t[1]], mid_points[t[2]]};
+    const auto mid_at = [&](const Vec3& w) { return Vec3(w[0] * mid[0] + w[1] * mid[1] + w[2] * mid[2]); };
+    Vec3 x[3];
+    for (int v = 0; v < 3; ++v) x[v] = (s.points[t[v]] - g.origin) / g.dx;
+    if (is_deep(x)) {
+      const Vec3 w[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+      const double h[3] = {rho_g.dot(mid[0] - hydro.reference), rho_g.dot(mid[1] - hydro.reference),
+                           rho_g.dot(mid[2] - hydro.reference)};
+      triangle.add(w, h);
+      continue;
+    }
+    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
+      if (!in_grid(cell)) return;
+      const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
+      const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
+      const Vec3 centroid = triangle.at(centroid_weights(piece));
+      const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
+      const Vec3 drift = free.carrier ? Vec3(free.shift * interpolate(g, *free.carrier, centroid)) : Vec3::Zero();
+      ClipPolygon part;
+      for (const bool wet : {true, false}) {
+        const Pressure kind_of_h = wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
+                                       : (unknown ? Pressure::kInterface : Pressure::kNone);
+        if (kind_of_h == Pressure::kNone) continue;
+        clip_polygon(piece, [&](const auto& c) {
+          const double d = level(triangle.at(c.bary));
+          return wet ? d : -d;
+        }, part);
+        const auto h_at = [&](const Vec3& bary) {
+          const Vec3 at = triangle.at(bary), to_interface = level(at) * up;
+          if (kind_of_h == Pressure::kFromReference) return rho_g.dot(mid_at(bary) - hydro.reference);
+          if (kind_of_h == Pressure::kUnderInterface) return rho_g.dot(to_interface);
+          return rho_g.dot(at - to_interface - drift - hydro.reference);
+        };
+        for (int a = 1; a + 1 < part.n; ++a) {
+          const Vec3 w[3] = {part.corner[0].bary, part.corner[a].bary, part.corner[a + 1].bary};
+          const double h[3] = {h_at(w[0]), h_at(w[1]), h_at(w[2])};
+          triangle.add(w, h);
+        }
+      }
+    });
+  }
+  // The modes without the spin they carry (B in place of phi).
+  force.tail(s.body->r).noalias() -= s.terms.spin_of_modes.transpose() * force.segment<3>(3);
+  return force;
+}
+
+}  // namespace archetide

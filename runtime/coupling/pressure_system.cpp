@@ -1,0 +1,111 @@
+#include "runtime/coupling/pressure_system.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace archetide {
+namespace {
+
+Vec3i neighbour(Vec3i c, int axis, int sign) {
+  c[axis] += sign;
+  return c;
+}
+
+bool in_grid(const Grid& g, const Vec3i& c) {
+  return (c.array() >= 0).all() && c[0] < g.nx && c[1] < g.ny && c[2] < g.nz;
+}
+
+double face_value(const FaceField<double>& f, const Vec3i& c, int axis, int sign) {
+  Vec3i n = c;
+  if (sign > 0) ++n[axis];
+  return f[axis](n[0], n[1], n[2]);
+}
+
+CellKind classify(const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
+  double w = 0.0;
+  for (int a = 0; a < 3; ++a) w += face_value(open, c, a, -1) + face_value(open, c, a, 1);
+  constexpr double kClosed = 1e-9;  // a cell whose openings are round-off holds no water
+  if (w < kClosed) return CellKind::kOutside;
+  return phi(c[0], c[1], c[2]) < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
+}
+
+// Sums of one plane of cells, added in plane order so that the result does not depend on threads.
+struct PlaneSums {
+  double value = 0.0;
+  std::size_t faces = 0, unknowns = 0;
+};
+
+}  // namespace
+
+SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const Hydrostatics& hydrostatics,
+                         const Vec3i& c, int axis, int sign) {
+  const Vec3i n = neighbour(c, axis, sign);
+  double theta = 0.5;  // an open side of the tank: the value sits on the face
+  if (in_grid(g, n)) {
+    const double inside = (*surface.phi)(c[0], c[1], c[2]), outside = (*surface.phi)(n[0], n[1], n[2]);
+    theta = outside > inside ? std::clamp(inside / (inside - outside), 0.0, 1.0) : 1.0;
+  }
+  Vec3 point = g.cell_centre(c[0], c[1], c[2]);
+  point[axis] += sign * theta * g.dx;
+  if (surface.carrier) point -= surface.shift * interpolate(g, *surface.carrier, point);
+  return {std::max(theta, kThetaMin), hydrostatics.surface_value(point)};
+}
+
+void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
+                              const Sides& open_side, const Hydrostatics& hydrostatics,
+                              PressureSystem& s) {
+  s.surface = surface;
+  s.hydrostatics = hydrostatics;
+  PoissonMatrix& A = s.matrix;
+  if (A.nx != g.nx || A.ny != g.ny || A.nz != g.nz) {
+    A.nx = g.nx, A.ny = g.ny, A.nz = g.nz;
+    A.kind.resize(g.nx, g.ny, g.nz);
+    A.diag.resize(g.nx, g.ny, g.nz);
+    s.surface_rhs.resize(g.nx, g.ny, g.nz);
+    s.surface_weight.resize(g.nx, g.ny, g.nz);
+  }
+  A.w = open;
+  A.open_side = open_side;
+
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) A.kind(i, j, k) = classify(*surface.phi, open, Vec3i(i, j, k));
+
+  // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
+  std::vector<PlaneSums> sums(g.nz);
+#pragma omp parallel for schedule(dynamic, 4)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t n = A.kind.index(i, j, k);
+        A.diag[n] = s.surface_rhs[n] = s.surface_weight[n] = 0.0;
+        if (A.kind[n] != CellKind::kUnknown) continue;
+        ++sums[k].unknowns;
+        const Vec3i c(i, j, k);
+        for (int axis = 0; axis < 3; ++axis)
+          for (int sign = -1; sign <= 1; sign += 2) {
+            const double w = face_value(open, c, axis, sign);
+            if (w == 0.0) continue;
+            const Vec3i m = neighbour(c, axis, sign);
+            if (in_grid(g, m) && A.kind(m[0], m[1], m[2]) != CellKind::kDirichlet) {
+              A.diag[n] += w;
+              continue;
+            }
+            const SurfaceFace x = surface_face(g, surface, hydrostatics, c, axis, sign);
+            A.diag[n] += w / x.theta;
+            s.surface_weight[n] += w / x.theta;
+            s.surface_rhs[n] += w / x.theta * x.value;
+            sums[k].value += x.value;
+            ++sums[k].faces;
+          }
+      }
+  double total = 0.0;
+  std::size_t faces = 0;
+  s.unknowns = 0;
+  for (const PlaneSums& p : sums) total += p.value, faces += p.faces, s.unknowns += p.unknowns;
+  s.surface_mean = faces ? total / static_cast<double>(faces) : 0.0;
+  for (std::size_t n = 0; n < A.size(); ++n) s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
+}
+
+}  // namespace archetide

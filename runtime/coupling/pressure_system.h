@@ -1,0 +1,55 @@
+#pragma once
+
+#include "runtime/coupling/body_flux.h"
+#include "runtime/grid/grid.h"
+#include "runtime/numerics/poisson_matrix.h"
+
+namespace archetide {
+
+/// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref)
+/// (formulation section 4b; g a vector, so the free surface carries p' = -rho g . (x_I - x_ref)).
+struct Hydrostatics {
+  double density = 1000.0;            // kg/m^3
+  Vec3 gravity = Vec3(0, 0, -9.81);   // m/s^2
+  Vec3 reference = Vec3::Zero();      // x_ref, m
+
+  /// p' of the free surface at x, divided by rho, m^2/s^2.
+  double surface_value(const Vec3& x) const { return -gravity.dot(x - reference); }
+};
+
+/// The free surface as the pressure sees it. The interface is read at mid-time: its points are moved back by
+/// shift * carrier, which makes the restoring force second order in time (shift = 0: where it stands).
+struct FreeSurface {
+  const Array3<double>* phi = nullptr;  // cells, m
+  const MacField* carrier = nullptr;    // velocity that moved the interface, m/s; may be null
+  double shift = 0.0;                   // s
+};
+
+/// The water part of the coupled system at one configuration, in units that make the matrix dimensionless: the
+/// unknown is phi = dt p' / (rho dx), m/s, and u = u* - difference(phi) / theta on every open face.
+struct PressureSystem {
+  FreeSurface surface;
+  Hydrostatics hydrostatics;
+  PoissonMatrix matrix;
+  Array3<double> surface_rhs;     // per cell, sum over Dirichlet faces of w/theta (p'_I/rho - surface_mean), m^2/s^2
+  Array3<double> surface_weight;  // per cell, sum over Dirichlet faces of w/theta
+  double surface_mean = 0.0;      // mean over Dirichlet faces of p'_I / rho, m^2/s^2
+  std::size_t unknowns = 0;
+};
+
+/// A face between water and a prescribed value: the interface crosses the segment of cell centres at theta.
+struct SurfaceFace {
+  double theta;  // clamped to [kThetaMin, 1], cells
+  double value;  // p'_I / rho, m^2/s^2 (at the unclamped crossing)
+};
+constexpr double kThetaMin = 1e-3;
+SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const Hydrostatics& hydrostatics,
+                         const Vec3i& water_cell, int axis, int sign);
+
+/// Classifies cells (water where phi < 0 and some face is open) and fills the system. `open` are the open area
+/// fractions of all faces, 0 on closed sides of the tank.
+void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
+                              const Sides& open_side, const Hydrostatics& hydrostatics,
+                              PressureSystem& system);
+
+}  // namespace archetide

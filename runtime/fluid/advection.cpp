@@ -1,0 +1,181 @@
+#include "runtime/fluid/advection.h"
+
+#include <cmath>
+#include <memory>
+
+#include "common/check.h"
+#include "runtime/fluid/sampling.h"
+
+namespace archetide {
+namespace {
+
+using Mask = Array3<unsigned char>;
+
+// out(c) = op over the points c + offset along one axis, offset in [first, last], inside the lattice.
+template <class Op>
+void combine_along(Mask& m, int axis, int first, int last, const Op& op) {
+  const Mask in = m;
+  const int nx = m.nx(), size[3] = {m.nx(), m.ny(), m.nz()};
+  const std::size_t stride[3] = {1, static_cast<std::size_t>(nx), static_cast<std::size_t>(nx) * m.ny()};
+#pragma omp parallel for
+  for (int k = 0; k < m.nz(); ++k)
+    for (int j = 0; j < m.ny(); ++j)
+      for (int offset = first; offset <= last; ++offset) {
+        if (offset == 0) continue;
+        const int at[3] = {0, j, k};
+        if (axis > 0 && (at[axis] + offset < 0 || at[axis] + offset >= size[axis])) continue;
+        const int low = axis == 0 ? std::max(0, -offset) : 0;
+        const int high = axis == 0 ? std::min(nx, nx - offset) : nx;
+        unsigned char* out = m.data() + m.index(0, j, k);
+        const unsigned char* from = in.data() + m.index(0, j, k) + offset * static_cast<std::ptrdiff_t>(stride[axis]);
+        for (int i = low; i < high; ++i) out[i] = op(out[i], from[i]);
+      }
+}
+
+// 1 where all eight corners of the interpolation cell at n are valid.
+Mask whole_stencils(const Mask& valid) {
+  Mask whole = valid;
+  for (int axis = 0; axis < 3; ++axis)
+    combine_along(whole, axis, 0, 1, [](unsigned char a, unsigned char b) {
+      return static_cast<unsigned char>((a != 0) & (b != 0));
+    });
+  return whole;
+}
+
+// `target` and its 26 neighbours.
+Mask surroundings(const Mask& target) {
+  Mask near = target;
+  for (int axis = 0; axis < 3; ++axis)
+    combine_along(near, axis, -1, 1,
+                  [](unsigned char a, unsigned char b) { return static_cast<unsigned char>(a | b); });
+  return near;
+}
+
+// Velocity at MAC face (i,j,k) of axis A: its own component and the mean of the four around it.
+template <int A>
+void face_velocity(const Grid& g, const MacField& u, int i, int j, int k, double v[3]) {
+  v[A] = u[A](i, j, k);
+  const int c[3] = {i, j, k};
+  const int low = std::max(c[A] - 1, 0), high = std::min(c[A], g.size(A) - 1);
+  for (int b = 0; b < 3; ++b) {
+    if (b == A) continue;
+    int p[3] = {i, j, k}, q[3] = {i, j, k};
+    p[A] = low, q[A] = high;
+    const Array3<double>& f = u[b];
+    const std::size_t step = b == 0 ? 1 : b == 1 ? f.nx() : static_cast<std::size_t>(f.nx()) * f.ny();
+    const double* fp = f.data() + f.index(p[0], p[1], p[2]);
+    const double* fq = f.data() + f.index(q[0], q[1], q[2]);
+    v[b] = 0.25 * ((fp[0] + fq[0]) + (fp[step] + fq[step]));
+  }
+}
+
+// Where the path of face (i,j,k) over -h or +h ends, as slots of the component's own lattice.
+template <int A>
+void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i, int j, int k, double h,
+              Slot s[3]) {
+  double v[3], x[3] = {i + 0.5, j + 0.5, k + 0.5}, y[3];
+  x[A] -= 0.5;
+  face_velocity<A>(g, u, i, j, k, v);
+  sampler.trace(x, v, h, y);
+  for (int b = 0; b < 3; ++b)
+    s[b] = b == A ? clamped_slot(y[b], g.size(b) + 1) : clamped_slot(y[b] - 0.5, g.size(b));
+}
+
+// Weighted mean over the valid corners; `otherwise` when there are none.
+double valid_mean(const Lattice& f, const unsigned char* valid, const Slot s[3], double otherwise) {
+  const std::size_t n = f.base(s[0], s[1], s[2]);
+  double sum = 0.0, weight = 0.0;
+  for (int c = 0; c < 8; ++c) {
+    const std::size_t m = n + (c & 1 ? f.sx : 0) + (c & 2 ? f.sy : 0) + (c & 4 ? f.sz : 0);
+    if (!valid[m]) continue;
+    const double w = (c & 1 ? s[0].f : 1 - s[0].f) * (c & 2 ? s[1].f : 1 - s[1].f) * (c & 4 ? s[2].f : 1 - s[2].f);
+    sum += w * f.values[m], weight += w;
+  }
+  return weight > 1e-12 ? sum / weight : otherwise;
+}
+
+template <class Body>
+void for_each_marked(const Mask& mask, const Body& body) {
+#pragma omp parallel for collapse(2) schedule(dynamic, 8)
+  for (int k = 0; k < mask.nz(); ++k)
+    for (int j = 0; j < mask.ny(); ++j) {
+      const std::size_t n = mask.index(0, j, k);
+      for (int i = 0; i < mask.nx(); ++i)
+        if (mask[n + i]) body(i, j, k, n + i);
+    }
+}
+
+struct Scratch {
+  std::unique_ptr<double[]> hat;  // first-order result
+  std::unique_ptr<int[]> foot;    // corner of the interpolation cell where the path of a face ends
+};
+
+template <int A>
+void advect_component(const Grid& g, const MacField& u, const Array3<double>& f, double dt, const Mask& valid,
+                      const Mask& target, Scratch& scratch, Array3<double>& result) {
+  const double h = dt / g.dx;
+  const MacSampler sampler(g, u);
+  const Lattice source(f);
+  double* hat = scratch.hat.get();
+  int* foot = scratch.foot.get();
+
+  // First order, also one face beyond the target, whose values the way back reads.
+  const Mask whole = whole_stencils(valid);
+  Mask hat_valid(f.nx(), f.ny(), f.nz());
+  for_each_marked(surroundings(target), [&](int i, int j, int k, std::size_t n) {
+    Slot s[3];
+    path_end<A>(g, u, sampler, i, j, k, -h, s);
+    const std::size_t base = source.base(s[0], s[1], s[2]);
+    foot[n] = static_cast<int>(base);
+    hat_valid[n] = whole[base];
+    hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
+                         : valid_mean(source, valid.data(), s, f[n]);
+  });
+
+  // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at the foot.
+  const Mask whole_hat = whole_stencils(hat_valid);
+  Lattice first_order(f);
+  first_order.values = hat;
+  for_each_marked(target, [&](int i, int j, int k, std::size_t n) {
+    result[n] = hat[n];
+    if (!hat_valid[n] || !valid[n]) return;
+    Slot s[3];
+    path_end<A>(g, u, sampler, i, j, k, h, s);
+    const std::size_t base = first_order.base(s[0], s[1], s[2]);
+    if (!whole_hat[base]) return;
+    double low, high;
+    source.range(foot[n], low, high);
+    const double back = first_order.at(base, s[0].f, s[1].f, s[2].f);
+    result[n] = std::min(std::max(hat[n] + 0.5 * (f[n] - back), low), high);
+  });
+}
+
+}  // namespace
+
+void advect_velocity(const Grid& g, const MacField& transporting, const MacField& advected, double dt,
+                     const FaceField<unsigned char>& valid_source, const FaceField<unsigned char>& target,
+                     MacField& result) {
+  ARCHETIDE_CHECK(&result != &advected && &result != &transporting);
+  std::size_t largest = 0;
+  for (int a = 0; a < 3; ++a) largest = std::max(largest, advected[a].size());
+  for (int a = 0; a < 3; ++a)
+    if (result[a].size() != advected[a].size()) result.resize(g);
+  Scratch scratch{std::make_unique_for_overwrite<double[]>(largest), std::make_unique_for_overwrite<int[]>(largest)};
+  advect_component<0>(g, transporting, advected[0], dt, valid_source[0], target[0], scratch, result[0]);
+  advect_component<1>(g, transporting, advected[1], dt, valid_source[1], target[1], scratch, result[1]);
+  advect_component<2>(g, transporting, advected[2], dt, valid_source[2], target[2], scratch, result[2]);
+}
+
+double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask) {
+  double fastest = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    const double* f = u[a].data();
+    const unsigned char* m = mask ? (*mask)[a].data() : nullptr;
+#pragma omp parallel for reduction(max : fastest)
+    for (std::size_t n = 0; n < u[a].size(); ++n)
+      if (!m || m[n]) fastest = std::max(fastest, std::abs(f[n]));
+  }
+  return fastest;
+}
+
+}  // namespace archetide

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <vector>
+
+#include "runtime/grid/array3.h"
+
+namespace archetide {
+
+/// Index of one lattice point taken apart.
+struct Ijk {
+  int i, j, k;
+};
+
+template <class T>
+Ijk unravel(const Array3<T>& a, int n) {
+  const unsigned row = static_cast<unsigned>(n) / static_cast<unsigned>(a.nx());
+  const unsigned slab = row / static_cast<unsigned>(a.ny());
+  return {n - static_cast<int>(row) * a.nx(), static_cast<int>(row - slab * a.ny()),
+          static_cast<int>(slab)};
+}
+
+/// Joins the parts in their order.
+template <class T>
+std::vector<T> concatenate(const std::vector<std::vector<T>>& parts) {
+  std::size_t total = 0;
+  for (const auto& part : parts) total += part.size();
+  std::vector<T> all;
+  all.reserve(total);
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+/// Indices n of the lattice of `shape` with keep(i, j, k, n), ascending whatever the number of threads.
+template <class T, class Predicate>
+std::vector<int> collect_cells(const Array3<T>& shape, const Predicate& keep) {
+  std::vector<std::vector<int>> parts(shape.nz());
+#pragma omp parallel for schedule(dynamic)
+  for (int k = 0; k < shape.nz(); ++k)
+    for (int j = 0; j < shape.ny(); ++j) {
+      int n = static_cast<int>(shape.index(0, j, k));
+      for (int i = 0; i < shape.nx(); ++i, ++n)
+        if (keep(i, j, k, n)) parts[k].push_back(n);
+    }
+  return concatenate(parts);
+}
+
+/// Calls f(axis, side, m) for each of the up to six neighbours m of point n; side is -1 or +1.
+template <class T, class F>
+void for_each_neighbour(const Array3<T>& shape, Ijk c, int n, const F& f) {
+  const int sy = shape.nx(), sz = shape.nx() * shape.ny();
+  if (c.i > 0) f(0, -1, n - 1);
+  if (c.i < shape.nx() - 1) f(0, 1, n + 1);
+  if (c.j > 0) f(1, -1, n - sy);
+  if (c.j < shape.ny() - 1) f(1, 1, n + sy);
+  if (c.k > 0) f(2, -1, n - sz);
+  if (c.k < shape.nz() - 1) f(2, 1, n + sz);
+}
+
+/// Neighbours m with mark[m] == 0 of the points of `front` that satisfy from(n); each is marked and listed once. The set
+/// does not depend on the number of threads, its order does.
+template <class Condition>
+std::vector<int> claim_neighbours(Array3<unsigned char>& mark, const std::vector<int>& front, unsigned char claimed,
+                                  const Condition& from) {
+  constexpr int kChunk = 1024;
+  const int count = static_cast<int>(front.size());
+  std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
+#pragma omp parallel for schedule(dynamic)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+      const int n = front[t];
+      if (!from(n)) continue;
+      for_each_neighbour(mark, unravel(mark, n), n, [&](int, int, int m) {
+        if (std::atomic_ref(mark[m]).load(std::memory_order_relaxed)) return;
+        if (!std::atomic_ref(mark[m]).exchange(claimed)) parts[part].push_back(m);
+      });
+    }
+  return concatenate(parts);
+}
+
+}  // namespace archetide

@@ -1,0 +1,112 @@
+#include "runtime/fluid/extrapolation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "runtime/fluid/cell_list.h"
+
+namespace archetide {
+namespace {
+
+using Mask = Array3<unsigned char>;
+constexpr unsigned char kClaimed = 255;  // in the frontier, value not known yet
+constexpr int kMaxLayers = 253;
+constexpr double kUnchanged = 1e-9;  // in dx: smaller changes of phi are rounding
+
+bool known(const Mask& valid, int n) { return valid[n] != 0 && valid[n] != kClaimed; }
+
+// Invalid points with a valid neighbour, marked as claimed.
+std::vector<int> first_frontier(Mask& valid) {
+  const std::vector<int> frontier = collect_cells(valid, [&](int i, int j, int k, int n) {
+    if (valid[n]) return false;
+    bool touches = false;
+    for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
+    return touches;
+  });
+  for (int n : frontier) valid[n] = kClaimed;
+  return frontier;
+}
+
+// Layer by layer: f on the frontier from value(n), which reads known points only.
+template <class Value>
+void grow(Array3<double>& f, Mask& valid, int layers, const Value& value) {
+  layers = std::min(layers, kMaxLayers);
+  if (layers <= 0) return;
+  std::vector<int> frontier = first_frontier(valid);
+  std::vector<double> values;
+  for (int layer = 1; layer <= layers && !frontier.empty(); ++layer) {
+    const int count = static_cast<int>(frontier.size());
+    values.resize(count);
+#pragma omp parallel for
+    for (int t = 0; t < count; ++t) values[t] = value(frontier[t]);
+#pragma omp parallel for
+    for (int t = 0; t < count; ++t) {
+      f[frontier[t]] = values[t];
+      valid[frontier[t]] = static_cast<unsigned char>(layer + 1);
+    }
+    if (layer < layers) frontier = claim_neighbours(valid, frontier, kClaimed, [](int) { return true; });
+  }
+}
+
+void grow_constant(Array3<double>& f, Mask& valid, int layers) {
+  grow(f, valid, layers, [&](int n) {
+    double sum = 0.0;
+    int count = 0;
+    for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
+      if (known(valid, m)) sum += f[m], ++count;
+    });
+    return sum / count;
+  });
+}
+
+void zero_invalid(Array3<double>& f, const Mask& valid) {
+#pragma omp parallel for
+  for (std::size_t n = 0; n < f.size(); ++n)
+    if (!valid[n]) f[n] = 0.0;
+}
+
+// Mean over the axes of the straight line through the two known points next to n; of the neighbours alone if
+// no line has two.
+double line_extension(const Array3<double>& phi, const Mask& valid, int n, double dx) {
+  const int stride[3] = {1, phi.nx(), phi.nx() * phi.ny()};
+  const int size[3] = {phi.nx(), phi.ny(), phi.nz()};
+  const Ijk c = unravel(phi, n);
+  const int at[3] = {c.i, c.j, c.k};
+  double lines = 0.0, points = 0.0;
+  int line_count = 0, point_count = 0;
+  for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
+    if (!known(valid, m)) return;
+    points += phi[m], ++point_count;
+    const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
+    if (beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
+    lines += phi[m] + std::clamp(phi[m] - phi[mm], -dx, dx), ++line_count;
+  });
+  return line_count ? lines / line_count : points / point_count;
+}
+
+}  // namespace
+
+void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& valid, int layers) {
+  for (int a = 0; a < 3; ++a) {
+    grow_constant(u[a], valid[a], layers);
+    zero_invalid(u[a], valid[a]);
+  }
+}
+
+void extrapolate_cells(const Grid&, Array3<double>& f, Mask& valid, int layers) {
+  grow_constant(f, valid, layers);
+}
+
+void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
+  if (solid.size() == 0) return;
+  Mask valid(solid.nx(), solid.ny(), solid.nz());
+#pragma omp parallel for
+  for (std::size_t n = 0; n < solid.size(); ++n) valid[n] = solid[n] == 0;
+  grow(phi, valid, layers, [&](int n) {
+    const double value = line_extension(phi, valid, n, g.dx);
+    return std::abs(value - phi[n]) <= kUnchanged * g.dx ? phi[n] : value;
+  });
+}
+
+}  // namespace archetide

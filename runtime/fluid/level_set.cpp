@@ -1,0 +1,144 @@
+#include "runtime/fluid/level_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/sampling.h"
+
+namespace archetide {
+namespace {
+
+// Lagrange weights of the up to four lattice points around s along one axis with n points.
+struct CubicSlot {
+  int first, count;
+  double w[4];
+};
+
+CubicSlot cubic_slot(double s, int n) {
+  s = std::clamp(s, 0.0, static_cast<double>(n - 1));
+  CubicSlot slot;
+  slot.count = std::min(n, 4);
+  slot.first = std::clamp(static_cast<int>(s) - 1, 0, n - slot.count);
+  const double t = s - slot.first;
+  const double a = t, b = t - 1, c = t - 2, d = t - 3;
+  switch (slot.count) {
+    case 4:
+      slot.w[0] = b * c * d / -6, slot.w[1] = a * c * d / 2, slot.w[2] = a * b * d / -2, slot.w[3] = a * b * c / 6;
+      break;
+    case 3:
+      slot.w[0] = b * c / 2, slot.w[1] = -a * c, slot.w[2] = a * b / 2;
+      break;
+    case 2:
+      slot.w[0] = -b, slot.w[1] = a;
+      break;
+    default:
+      slot.w[0] = 1;
+  }
+  return slot;
+}
+
+// Tricubic value at lattice coordinates s.
+double tricubic(const Array3<double>& f, const double s[3]) {
+  const CubicSlot x = cubic_slot(s[0], f.nx()), y = cubic_slot(s[1], f.ny()), z = cubic_slot(s[2], f.nz());
+  double sum = 0.0;
+  for (int k = 0; k < z.count; ++k)
+    for (int j = 0; j < y.count; ++j) {
+      const double* p = f.data() + f.index(x.first, y.first + j, z.first + k);
+      double line = 0.0;
+      for (int i = 0; i < x.count; ++i) line += x.w[i] * p[i];
+      sum += z.w[k] * y.w[j] * line;
+    }
+  return sum;
+}
+
+// Volume fraction of t in [0,1] where slope t < beta, slope >= 0, shifted by every t: the mean over t of
+// clamp((beta - m1 t) / m2, 0, 1); m2 >= m1 >= 0, m2 > 0. The integrand is linear between its breakpoints.
+double square_fraction(double beta, double m1, double m2) {
+  const auto height = [&](double t) { return std::clamp((beta - m1 * t) / m2, 0.0, 1.0); };
+  const auto breakpoint = [&](double b) { return m1 > 0 ? std::clamp((beta - b) / m1, 0.0, 1.0) : 0.0; };
+  const double t[4] = {0.0, breakpoint(m2), breakpoint(0.0), 1.0};
+  double area = 0.0;
+  for (int p = 0; p < 3; ++p) area += (t[p + 1] - t[p]) * height(0.5 * (t[p] + t[p + 1]));
+  return area;
+}
+
+// Central difference of phi along one axis, one-sided at the tank, m per cell.
+double difference(const double* p, std::ptrdiff_t stride, int i, int n) {
+  if (n == 1) return 0.0;
+  if (i == 0) return p[stride] - p[0];
+  if (i == n - 1) return p[0] - p[-stride];
+  return 0.5 * (p[stride] - p[-stride]);
+}
+
+}  // namespace
+
+void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band) {
+  const std::vector<int> cells =
+      collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
+  const MacSampler sampler(g, u);
+  const int count = static_cast<int>(cells.size());
+  std::vector<double> values(count);
+#pragma omp parallel for schedule(dynamic, 1024)
+  for (int t = 0; t < count; ++t) {
+    const Ijk c = unravel(phi, cells[t]);
+    const double x[3] = {c.i + 0.5, c.j + 0.5, c.k + 0.5};
+    double v[3], s[3];
+    sampler(x[0], x[1], x[2], v);
+    sampler.trace(x, v, -dt / g.dx, s);
+    for (double& coordinate : s) coordinate -= 0.5;
+    values[t] = tricubic(phi, s);
+  }
+#pragma omp parallel for
+  for (int t = 0; t < count; ++t) phi[cells[t]] = values[t];
+}
+
+double half_space_fraction(double value, const Vec3& m) {
+  double a[3] = {std::abs(m[0]), std::abs(m[1]), std::abs(m[2])};
+  std::sort(a, a + 3);
+  const double alpha = 0.5 * (a[0] + a[1] + a[2]) - value;  // water: a . s < alpha, s in [0,1]^3
+  if (alpha <= 0.0) return 0.0;
+  if (alpha >= a[0] + a[1] + a[2]) return 1.0;
+
+  // Mean over s0 of the area of the slice, which is quadratic between the breakpoints: two-point Gauss is exact.
+  const auto breakpoint = [&](double b) { return a[0] > 0 ? std::clamp((alpha - b) / a[0], 0.0, 1.0) : 0.0; };
+  const double s[6] = {0.0, breakpoint(a[1] + a[2]), breakpoint(a[2]), breakpoint(a[1]), breakpoint(0.0), 1.0};
+  const double gauss = 0.5 / std::sqrt(3.0);
+  double fraction = 0.0;
+  for (int p = 0; p < 5; ++p) {
+    const double width = s[p + 1] - s[p], middle = 0.5 * (s[p] + s[p + 1]);
+    if (width == 0.0) continue;
+    for (double offset : {-gauss, gauss})
+      fraction += 0.5 * width * square_fraction(alpha - a[0] * (middle + offset * width), a[1], a[2]);
+  }
+  return fraction;
+}
+
+double water_volume(const Grid& g, const Array3<double>& phi, const Array3<double>* cell_open_fraction) {
+  // One sum per row, added in order: the result does not depend on the number of threads.
+  std::vector<double> rows(static_cast<std::size_t>(g.ny) * g.nz, 0.0);
+#pragma omp parallel for collapse(2) schedule(dynamic, 16)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j) {
+      double sum = 0.0;
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t n = phi.index(i, j, k);
+        if (phi[n] >= g.dx) continue;
+        double fraction = 1.0;
+        if (phi[n] > -g.dx) {
+          const double* p = phi.data() + n;
+          fraction = half_space_fraction(
+              phi[n], Vec3(difference(p, 1, i, g.nx), difference(p, g.nx, j, g.ny),
+                           difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
+        }
+        sum += cell_open_fraction ? fraction * (*cell_open_fraction)[n] : fraction;
+      }
+      rows[j + static_cast<std::size_t>(g.ny) * k] = sum;
+    }
+  double total = 0.0;
+  for (double row : rows) total += row;
+  return total * g.dx * g.dx * g.dx;
+}
+
+}  // namespace archetide

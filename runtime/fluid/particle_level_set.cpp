@@ -1,0 +1,238 @@
+#include "runtime/fluid/particle_level_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/sampling.h"
+
+namespace archetide {
+namespace {
+
+using Mask = Array3<unsigned char>;
+constexpr double kSmallest = 0.1, kLargest = 0.5;  // radii, dx [EMF02]
+constexpr double kHalfBand = 3.0;                  // particles live this near to the surface, dx [EMF02]
+constexpr double kWallGap = 1e-6;                  // particles stay this far inside the tank, dx
+constexpr std::uint64_t kSeed = 0x61726368657469ull;
+
+// SplitMix64 finaliser: a well mixed function of its argument.
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+// Uniform in [0,1), the same for the same key.
+double uniform(std::uint64_t key) { return static_cast<double>(mix(key) >> 11) * 0x1.0p-53; }
+
+// phi at world positions; linear beyond the outermost cell centres.
+struct PhiSampler {
+  Lattice phi;
+  Vec3 origin;
+  double dx;
+
+  PhiSampler(const Grid& g, const Array3<double>& values) : phi(values), origin(g.origin), dx(g.dx) {}
+  void locate(const Vec3& x, Slot s[3]) const {
+    const Vec3 c = (x - origin) / dx;
+    s[0] = open_slot(c[0] - 0.5, phi.nx), s[1] = open_slot(c[1] - 0.5, phi.ny), s[2] = open_slot(c[2] - 0.5, phi.nz);
+  }
+  double operator()(const Vec3& x) const {
+    Slot s[3];
+    locate(x, s);
+    return phi.at(s[0], s[1], s[2]);
+  }
+};
+
+int cell_of(const Grid& g, const Vec3& x) {
+  const Vec3 c = (x - g.origin) / g.dx;
+  const int i = std::clamp(static_cast<int>(c[0]), 0, g.nx - 1), j = std::clamp(static_cast<int>(c[1]), 0, g.ny - 1),
+            k = std::clamp(static_cast<int>(c[2]), 0, g.nz - 1);
+  return i + g.nx * (j + g.ny * k);
+}
+
+bool inside(const Mask& solid, int cell) { return solid.size() != 0 && solid[cell] != 0; }
+
+float radius_at(double distance, double dx) {
+  return static_cast<float>(std::clamp(distance, kSmallest * dx, kLargest * dx));
+}
+
+void append(Particles& to, const Vec3& x, float radius, signed char sign) {
+  to.position.push_back(x), to.radius.push_back(radius), to.sign.push_back(sign);
+}
+
+void append(Particles& to, const Particles& from) {
+  to.position.insert(to.position.end(), from.position.begin(), from.position.end());
+  to.radius.insert(to.radius.end(), from.radius.begin(), from.radius.end());
+  to.sign.insert(to.sign.end(), from.sign.begin(), from.sign.end());
+}
+
+// What a cell holds before reseeding: indices order[first .. last).
+struct Bucket {
+  int first, last;
+};
+
+// Particles to keep, stably sorted by cell: order lists them, start[c] .. start[c+1] are those of cell c.
+struct Buckets {
+  std::vector<int> order, start;
+  Bucket of(int cell) const { return {start[cell], start[cell + 1]}; }
+};
+
+// A particle is useful near the surface; an escaped one as long as phi is a distance there.
+bool is_useful(double distance, float radius, double dx) {
+  return distance < -radius ? distance > -(kHalfBand + 1) * dx : distance < kHalfBand * dx;
+}
+
+Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, const Particles& p) {
+  const int count = static_cast<int>(p.size()), cells = static_cast<int>(g.cells());
+  std::vector<int> cell(count);
+#pragma omp parallel for
+  for (int t = 0; t < count; ++t) {
+    const int c = cell_of(g, p.position[t]);
+    const bool keep = !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), p.radius[t], g.dx);
+    cell[t] = keep ? c : -1;
+  }
+  Buckets b;
+  b.start.assign(cells + 1, 0);
+  for (int c : cell)
+    if (c >= 0) ++b.start[c + 1];
+  std::partial_sum(b.start.begin(), b.start.end(), b.start.begin());
+  b.order.resize(b.start[cells]);
+  std::vector<int> next(b.start.begin(), b.start.end() - 1);
+  for (int t = 0; t < count; ++t)
+    if (cell[t] >= 0) b.order[next[cell[t]]++] = t;
+  return b;
+}
+
+// Random new particles of one cell, sign and radius by phi.
+void seed_cell(const Grid& g, const PhiSampler& phi, int cell, Ijk c, int missing, std::uint64_t epoch, Particles& out) {
+  const Vec3 low = g.origin + g.dx * Vec3(c.i, c.j, c.k);
+  const std::uint64_t key = mix(kSeed ^ mix(static_cast<std::uint64_t>(cell) ^ mix(epoch)));
+  for (int m = 0; m < missing; ++m) {
+    const Vec3 x = low + g.dx * Vec3(uniform(key + 3 * m), uniform(key + 3 * m + 1), uniform(key + 3 * m + 2));
+    const double value = phi(x);
+    if (std::abs(value) >= kHalfBand * g.dx) continue;
+    append(out, x, radius_at(std::abs(value), g.dx), value < 0.0 ? -1 : 1);
+  }
+}
+
+// The per_cell particles of a bucket nearest to the surface, and all escaped ones, in their old order.
+void thin_out(const PhiSampler& phi, const Particles& p, const Buckets& b, Bucket bucket, int per_cell, Particles& out) {
+  const int count = bucket.last - bucket.first;
+  std::vector<std::pair<double, int>> depth(count);
+  for (int m = 0; m < count; ++m) {
+    const int t = b.order[bucket.first + m];
+    depth[m] = {p.sign[t] * phi(p.position[t]) - p.radius[t], t};
+  }
+  std::sort(depth.begin(), depth.end());
+  int kept = std::min(count, per_cell);
+  while (kept < count && depth[kept].first < -2.0 * p.radius[depth[kept].second]) ++kept;
+  std::sort(depth.begin(), depth.begin() + kept, [](const auto& x, const auto& y) { return x.second < y.second; });
+  for (int m = 0; m < kept; ++m) {
+    const int t = depth[m].second;
+    append(out, p.position[t], p.radius[t], p.sign[t]);
+  }
+}
+
+// One escaped particle's say about one cell.
+struct Claim {
+  int cell;
+  signed char sign;
+  double phi;  // s (r - |x - x_p|), m
+};
+
+std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p, const Mask& solid,
+                                     int& escaped) {
+  constexpr int kChunk = 4096;
+  const int count = static_cast<int>(p.size());
+  std::vector<std::vector<Claim>> parts((count + kChunk - 1) / kChunk);
+  int total = 0;
+#pragma omp parallel for schedule(dynamic) reduction(+ : total)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+      Slot s[3];
+      phi.locate(p.position[t], s);
+      if (p.sign[t] * phi.phi.at(s[0], s[1], s[2]) >= -p.radius[t]) continue;
+      if (inside(solid, cell_of(g, p.position[t]))) continue;
+      ++total;
+      for (int c = 0; c < 8; ++c) {
+        const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
+        if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
+        const double value = p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
+        parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+      }
+    }
+  escaped = total;
+  return concatenate(parts);
+}
+
+}  // namespace
+
+void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& solid, int per_cell, std::uint64_t epoch,
+                      Particles& particles) {
+  const PhiSampler sampler(g, phi);
+  const Buckets buckets = sort_by_cell(g, sampler, solid, particles);
+  const std::vector<int> cells = collect_cells(phi, [&](int, int, int, int n) {
+    return std::abs(phi[n]) < kHalfBand * g.dx || buckets.start[n] != buckets.start[n + 1];
+  });
+
+  constexpr int kChunk = 512;
+  const int count = static_cast<int>(cells.size());
+  std::vector<Particles> parts((count + kChunk - 1) / kChunk);
+#pragma omp parallel for schedule(dynamic)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+      const int n = cells[t];
+      const Bucket bucket = buckets.of(n);
+      thin_out(sampler, particles, buckets, bucket, per_cell, parts[part]);
+      const int missing = per_cell - (bucket.last - bucket.first);
+      if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
+    }
+  Particles all;
+  for (const Particles& part : parts) append(all, part);
+  particles = std::move(all);
+}
+
+void advect_particles(const Grid& g, const MacField& u, double dt, Particles& particles) {
+  const MacSampler sampler(g, u);
+  const double h = dt / g.dx;
+  const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx), high = g.high() - Vec3::Constant(kWallGap * g.dx);
+#pragma omp parallel for
+  for (std::size_t t = 0; t < particles.size(); ++t) {
+    const Vec3 c = (particles.position[t] - g.origin) / g.dx;
+    double v[3], v_mid[3];
+    sampler(c[0], c[1], c[2], v);
+    sampler(c[0] + 0.5 * h * v[0], c[1] + 0.5 * h * v[1], c[2] + 0.5 * h * v[2], v_mid);
+    const Vec3 moved = particles.position[t] + dt * Vec3(v_mid[0], v_mid[1], v_mid[2]);
+    particles.position[t] = moved.cwiseMax(low).cwiseMin(high);
+  }
+}
+
+int correct_level_set(const Grid& g, const Particles& particles, const Mask& solid, Array3<double>& phi) {
+  int escaped = 0;
+  std::vector<Claim> claims = claims_of_escaped(g, PhiSampler(g, phi), particles, solid, escaped);
+  std::sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) { return a.cell < b.cell; });
+  for (std::size_t t = 0; t < claims.size();) {
+    // phi+ and phi- of one cell; the one nearer to the surface wins [EMF02].
+    const int cell = claims[t].cell;
+    double plus = phi[cell], minus = phi[cell];
+    for (; t < claims.size() && claims[t].cell == cell; ++t)
+      if (claims[t].sign > 0)
+        plus = std::max(plus, claims[t].phi);
+      else
+        minus = std::min(minus, claims[t].phi);
+    phi[cell] = std::abs(plus) <= std::abs(minus) ? plus : minus;
+  }
+  return escaped;
+}
+
+void adjust_radii(const Grid& g, const Array3<double>& phi, Particles& particles) {
+  const PhiSampler sampler(g, phi);
+#pragma omp parallel for
+  for (std::size_t t = 0; t < particles.size(); ++t)
+    particles.radius[t] = radius_at(particles.sign[t] * sampler(particles.position[t]), g.dx);
+}
+
+}  // namespace archetide

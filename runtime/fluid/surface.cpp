@@ -1,0 +1,49 @@
+#include "runtime/fluid/surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/fluid/advection.h"
+#include "runtime/fluid/extrapolation.h"
+#include "runtime/fluid/level_set.h"
+#include "runtime/fluid/particle_level_set.h"
+#include "runtime/fluid/redistance.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kSolidLayers = 4;  // cells into a body that the surface is continued
+constexpr int kMargin = 3;       // cells that the interface must keep from the end of the band
+
+}  // namespace
+
+void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,
+                     const Array3<unsigned char>& solid_cells, long step) {
+  if (g.cells() == 0) return;
+  const double band = options.band_cells * g.dx;
+  const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
+  const double moving_band = std::max(options.band_cells, crossed + kMargin) * g.dx;
+  if (moving_band > band) redistance(g, state.phi, moving_band);
+
+  advect_level_set(g, state.u, dt, state.phi, moving_band);
+  advect_particles(g, state.u, dt, state.particles);
+  correct_level_set(g, state.particles, solid_cells, state.phi);
+  redistance(g, state.phi, band);
+  correct_level_set(g, state.particles, solid_cells, state.phi);
+  adjust_radii(g, state.phi, state.particles);
+  extend_level_set(g, state.phi, solid_cells, kSolidLayers);
+  const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
+  if (options.particles_per_cell > 0 && due)
+    reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1, state.particles);
+}
+
+void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& options,
+                     const Array3<unsigned char>& solid_cells) {
+  if (g.cells() == 0) return;
+  extend_level_set(g, state.phi, solid_cells, kSolidLayers);
+  redistance(g, state.phi, options.band_cells * g.dx);
+  if (options.particles_per_cell > 0)
+    reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, 0, state.particles);
+}
+
+}  // namespace archetide

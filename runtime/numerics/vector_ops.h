@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace archetide {
+
+/// Fixed contiguous pieces of a vector. Every operation below works piece by piece and adds sums in piece
+/// order, so a result does not depend on the number of threads.
+struct Blocks {
+  struct Range {
+    std::size_t begin, end;
+  };
+  std::vector<Range> ranges;  // ascending, disjoint
+  std::size_t entries = 0;    // sum of the lengths
+
+  void clear() { ranges.clear(), entries = 0; }
+  void add(std::size_t begin, std::size_t end) {
+    if (begin < end) ranges.push_back({begin, end}), entries += end - begin;
+  }
+};
+
+/// All n entries in pieces of 16384.
+Blocks all_blocks(std::size_t n);
+
+/// sum a_i b_i   (2n reads)
+double dot(const Blocks& blocks, const double* a, const double* b);
+/// sum a_i
+double sum(const Blocks& blocks, const double* a);
+/// |a|_2
+double norm(const Blocks& blocks, const double* a);
+/// max |a_i|, NaN when an entry is NaN
+double max_abs(const Blocks& blocks, const double* a);
+/// y = y + s x   (2n reads, n writes)
+void axpy(const Blocks& blocks, double s, const double* x, double* y);
+/// y = x + s y   (2n reads, n writes)
+void xpay(const Blocks& blocks, const double* x, double s, double* y);
+/// y = x
+void copy(const Blocks& blocks, const double* x, double* y);
+/// y = b - y   (2n reads, n writes)
+void subtract_from(const Blocks& blocks, const double* b, double* y);
+
+/// The two sums of one pass: a.b and a.c   (3n reads)
+struct TwoSums {
+  double first, second;
+};
+TwoSums dot_two(const Blocks& blocks, const double* a, const double* b, const double* c);
+/// x += s p, r -= s q, returns r.r   (4n reads, 2n writes)
+double step_and_dot(const Blocks& blocks, double s, const double* p, const double* q, double* x,
+                    double* r);
+
+}  // namespace archetide

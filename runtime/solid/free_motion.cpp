@@ -1,0 +1,79 @@
+#include "runtime/solid/reduced_body.h"
+
+namespace archetide {
+namespace {
+
+/// dt/2 C + dt²/4 K (trapezoid, either stage), or h C + h² K with h the stage's length (backward Euler).
+MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep step) {
+  const Archetype& a = *body.archetype;
+  const bool trapezoid = step == ModalStep::kTrapezoid;
+  const double h = trapezoid || stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+  // C = α M_r + β K_r
+  return (h * a.alpha * body.mass_scale) * a.M_r.topLeftCorner(body.r, body.r) +
+         (h * a.beta + h * h) * a.K_r.topLeftCorner(body.r, body.r);
+}
+
+double stage_length(double dt, Stage stage) {
+  return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+}
+
+}  // namespace
+
+VecX GeneralisedMass::apply(const VecX& y) const {
+  VecX f(size());
+  f << mass * y.head<3>(), inertia * y.segment<3>(3), M_hat * y.tail(M_hat.rows());
+  return f;
+}
+
+VecX GeneralisedMass::solve(const VecX& f) const {
+  VecX y(size());
+  y.head<3>() = f.head<3>() / mass;
+  y.segment<3>(3) = inertia_inverse * f.segment<3>(3);
+  if (M_hat.rows() > 0) y.tail(M_hat.rows()) = M_hat_factor.solve(f.tail(M_hat.rows()));
+  return y;
+}
+
+GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
+                                 double dt, Stage stage, ModalStep step) {
+  GeneralisedMass H;
+  H.mass = terms.mass;
+  H.inertia = terms.inertia;
+  H.inertia_inverse = terms.inertia_inverse;
+  H.M_hat = terms.M_q + implicit_part(body, dt, stage, step);
+  if (body.r > 0) H.M_hat_factor.compute(H.M_hat);
+  return H;
+}
+
+FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
+                       double dt, Stage stage, const ModalOptions& options) {
+  FreeMotion out;
+  out.terms = configuration_terms(body, at, options.mass);
+  out.H = generalised_mass(body, out.terms, dt, stage, options.step);
+  const double h = stage_length(dt, stage);
+
+  // momenta change by the impulse of the force alone
+  VecX momentum(body.dofs());
+  momentum.head<3>() = body.P + h * force.head<3>();
+  momentum.segment<3>(3) = body.L + h * force.segment<3>(3);
+
+  // M̂ q̇* = M_q q̇ⁿ − h K qⁿ + h (g + f_q); the trapezoid's full step averages C and K over qⁿ, qⁿ⁺¹
+  if (body.r > 0) {
+    const VecX q_n = 2.0 * at.q - body.q;
+    const auto K = body.archetype->K_r.topLeftCorner(body.r, body.r);
+    auto modal = momentum.tail(body.r);
+    modal = out.terms.M_q * body.q_dot - h * (K * q_n) +
+            h * (fictitious_force(body, at, out.terms) + force.tail(body.r));
+    if (options.step == ModalStep::kTrapezoid && stage == Stage::kVelocityFull)
+      modal -= (out.H.M_hat - out.terms.M_q) * body.q_dot;
+  }
+  out.y_star = out.H.solve(momentum);
+  return out;
+}
+
+void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L) {
+  body.P += delta_P;
+  body.L += delta_L;
+  body.q_dot = y.tail(body.r);
+}
+
+}  // namespace archetide

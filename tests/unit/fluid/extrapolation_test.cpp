@@ -1,0 +1,118 @@
+#include "runtime/fluid/extrapolation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/fluid/fluid_test_support.h"
+
+namespace archetide {
+namespace {
+
+using test::unit_grid;
+
+// Velocity f in the faces inside a ball, garbage outside.
+struct Ball {
+  Grid g = unit_grid(24, 20, 22, 0.1);
+  MacField u{g, 777.0};
+  FaceField<unsigned char> valid{g};
+
+  template <class F>
+  explicit Ball(const F& f) {
+    for (int a = 0; a < 3; ++a)
+      for (int k = 0; k < u[a].nz(); ++k)
+        for (int j = 0; j < u[a].ny(); ++j)
+          for (int i = 0; i < u[a].nx(); ++i) {
+            const Vec3 x = g.face_centre(a, i, j, k);
+            if ((x - Vec3(1.1, 0.9, 1.2)).norm() > 0.5) continue;
+            u[a](i, j, k) = f(a, x), valid[a](i, j, k) = 1;
+          }
+  }
+};
+
+TEST(Extrapolation, ReproducesConstantsExactlyAndStopsAfterTheLayers) {
+  const double constant[3] = {0.1, -3.7, 1.0 / 3.0};
+  for (int layers : {0, 1, 4}) {
+    Ball b([&](int a, const Vec3&) { return constant[a]; });
+    const FaceField<unsigned char> before = b.valid;
+    extrapolate_velocity(b.g, b.u, b.valid, layers);
+    std::size_t reached = 0;
+    for (int a = 0; a < 3; ++a)
+      for (std::size_t n = 0; n < b.u[a].size(); ++n) {
+        ASSERT_LE(b.valid[a][n], layers + 1);
+        if (before[a][n]) ASSERT_EQ(b.valid[a][n], 1);
+        if (b.valid[a][n] > 1) ++reached;
+        // The mean of six equal numbers rounds by at most 3 units in the last place per layer.
+        if (b.valid[a][n]) ASSERT_NEAR(b.u[a][n], constant[a], 4e-15);
+        if (!b.valid[a][n]) ASSERT_EQ(b.u[a][n], 0.0);
+      }
+    EXPECT_EQ(reached > 0, layers > 0);
+  }
+}
+
+TEST(Extrapolation, LayerNumberIsTheStepsFromTheValidFaces) {
+  Ball b([](int, const Vec3&) { return 1.0; });
+  const FaceField<unsigned char> before = b.valid;
+  extrapolate_velocity(b.g, b.u, b.valid, 3);
+  // Along a line of faces that leaves the ball the layers count 2, 3, 4 and then stop.
+  const Array3<unsigned char>& v = b.valid[0];
+  int i = 11;
+  while (before[0](i, 9, 11)) ++i;
+  for (int layer = 2; layer <= 4; ++layer, ++i) EXPECT_EQ(v(i, 9, 11), layer);
+  EXPECT_EQ(v(i, 9, 11), 0);
+}
+
+TEST(Extrapolation, StaysWithinTheRangeOfTheSource) {
+  Ball b([](int, const Vec3& x) { return std::sin(9 * x[0]) * std::cos(7 * x[1] + x[2]); });
+  extrapolate_velocity(b.g, b.u, b.valid, 5);
+  for (int a = 0; a < 3; ++a) {
+    double low = 1e9, high = -1e9;
+    for (std::size_t n = 0; n < b.u[a].size(); ++n)
+      if (b.valid[a][n] == 1) low = std::min(low, b.u[a][n]), high = std::max(high, b.u[a][n]);
+    for (std::size_t n = 0; n < b.u[a].size(); ++n)
+      if (b.valid[a][n] > 1) {
+        ASSERT_GE(b.u[a][n], low);
+        ASSERT_LE(b.u[a][n], high);
+      }
+  }
+}
+
+TEST(Extrapolation, DoesNotDependOnTheNumberOfThreads) {
+  const auto f = [](int a, const Vec3& x) { return std::sin(9 * x[0] + a) * x[1] + x[2]; };
+  Ball one(f), two(f);
+  test::with_threads(1, [&] { extrapolate_velocity(one.g, one.u, one.valid, 5); });
+  test::with_threads(2, [&] { extrapolate_velocity(two.g, two.u, two.valid, 5); });
+  EXPECT_TRUE(test::same_bits(one.u, two.u));
+}
+
+TEST(Extrapolation, CellsBeyondTheLastLayerKeepTheirValues) {
+  const Grid g = unit_grid(12, 4, 4, 0.5);
+  Array3<double> f(12, 4, 4, 5.0);
+  Array3<unsigned char> valid(12, 4, 4, 0);
+  for (int k = 0; k < 4; ++k)
+    for (int j = 0; j < 4; ++j) f(0, j, k) = 2.0, valid(0, j, k) = 1;
+  extrapolate_cells(g, f, valid, 3);
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(f(i, 2, 1), i <= 3 ? 2.0 : 5.0);
+}
+
+TEST(Extrapolation, PlaneSurfaceGoesOnIntoABodyAsTheSamePlane) {
+  const Grid g = unit_grid(24, 24, 24, 0.05);
+  for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 2, 2), Vec3(-0.3, 0.1, 0.7)}) {
+    const Vec3 n = normal.normalized();
+    const auto plane = [&](const Vec3& x) { return n.dot(x - Vec3(0.6, 0.6, 0.6)); };
+    Array3<double> phi = test::sample_cells(g, plane);
+    Array3<unsigned char> solid(24, 24, 24, 0);
+    for (int k = 0; k < 24; ++k)
+      for (int j = 0; j < 24; ++j)
+        for (int i = 0; i < 24; ++i)
+          if (test::sphere(g.cell_centre(i, j, k), Vec3(0.61, 0.58, 0.6), 0.19) < 0)
+            solid(i, j, k) = 1, phi(i, j, k) = 9.0;
+    extend_level_set(g, phi, solid, 4);
+    double error = 0.0;
+    for (int k = 0; k < 24; ++k)
+      for (int j = 0; j < 24; ++j)
+        for (int i = 0; i < 24; ++i) error = std::max(error, std::abs(phi(i, j, k) - plane(g.cell_centre(i, j, k))));
+    EXPECT_LT(error, 1e-13);  // round-off of 4 layers; measured 1e-15
+  }
+}
+
+}  // namespace
+}  // namespace archetide
