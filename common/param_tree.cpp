@@ -240,13 +240,13 @@ ParamNode parse_param_text(const std::string& text, const std::string& file) {
   }
 }
 
-ParamNode parse_param_file(const std::string& path) {
+std::string read_param_file(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   std::stringstream text;
   if (!stream || !(text << stream.rdbuf())) {
     throw FileError(path + ": cannot read this file; check its name and permissions");
   }
-  return parse_param_text(text.str(), path);
+  return text.str();
 }
 
 void apply_override(ParamNode& root, const std::string& assignment) {

@@ -31,11 +31,14 @@ struct ParamNode {
 /// Parses TOML. `file` names the text in errors. Throws InputError with file:line:column.
 ParamNode parse_param_text(const std::string& text, const std::string& file);
 
-/// Reads and parses a file. Throws FileError when it cannot be read.
-ParamNode parse_param_file(const std::string& path);
+/// The text of a file. Throws FileError when it cannot be read.
+std::string read_param_file(const std::string& path);
 
 /// One `--set path=value`. In a path, `body[2].modes` is the third [[body]], `body.modes` all of them.
 /// The value is TOML; a bare word is a string.
 void apply_override(ParamNode& root, const std::string& assignment);
+
+/// The tree as TOML text, every number to the last bit.
+std::string to_toml(const ParamNode& root);
 
 }  // namespace archetide

@@ -50,7 +50,9 @@ void collect_unread(const ParamNode& table, const std::string& path,
 }  // namespace
 
 struct Section::State {
-  ParamNode tree;
+  std::string text;  // as read
+  ParamNode tree;    // after the overrides
+  bool overridden = false;
   Schema schema;
   std::map<std::string, ParamNode> defaults;  // by schema path, filled on demand
   std::set<const ParamNode*> read;
@@ -64,29 +66,34 @@ void throw_if_any(const std::vector<Diagnostic>& diagnostics) {
 
 Document Document::read(const std::string& path, const Schema& schema,
                         const std::vector<std::string>& overrides) {
-  return Document(parse_param_file(path), schema, overrides);
+  return parse(read_param_file(path), path, schema, overrides);
 }
 
 Document Document::parse(const std::string& text, const std::string& file, const Schema& schema,
                          const std::vector<std::string>& overrides) {
-  return Document(parse_param_text(text, file), schema, overrides);
-}
-
-Document::Document(ParamNode tree, const Schema& schema, const std::vector<std::string>& overrides)
-    : state_(std::make_shared<Section::State>(
-          Section::State{std::move(tree), schema, {}, {}})) {
+  ParamNode tree = parse_param_text(text, file);
   std::vector<Diagnostic> found;
-  check_schema_key(state_->tree, found);
+  check_schema_key(tree, found);
   for (const std::string& assignment : overrides) {
     try {
-      apply_override(state_->tree, assignment);
+      apply_override(tree, assignment);
     } catch (const InputError& error) {
       found.insert(found.end(), error.diagnostics.begin(), error.diagnostics.end());
     }
   }
-  const std::vector<Diagnostic> bad = schema.check(state_->tree);
+  const std::vector<Diagnostic> bad = schema.check(tree);
   found.insert(found.end(), bad.begin(), bad.end());
   throw_if_any(found);
+
+  Document document;
+  document.state_ = std::make_shared<Section::State>(
+      Section::State{text, std::move(tree), !overrides.empty(), schema, {}, {}});
+  document.state_->read.insert(document.state_->tree.find("schema"));
+  return document;
+}
+
+std::string Document::text() const {
+  return state_->overridden ? to_toml(state_->tree) : state_->text;
 }
 
 Section Document::root() const {
@@ -94,7 +101,6 @@ Section Document::root() const {
   root.state_ = state_;
   root.node_ = &state_->tree;
   root.where_ = state_->tree.where;
-  if (const ParamNode* version = state_->tree.find("schema")) state_->read.insert(version);
   return root;
 }
 

@@ -66,13 +66,14 @@ class Document {
                         const std::vector<std::string>& overrides = {});
 
   Section root() const;
+  /// TOML of exactly what was read: the file's own text, or rewritten when there were overrides.
+  std::string text() const;
   /// Keys that the file has and no look-up has read, as "file:line:column: key": our bug if there is any.
   std::vector<std::string> unread() const;
   /// Throws AssertionError when a key of the file was never read.
   void check_all_read() const;
 
  private:
-  Document(ParamNode tree, const Schema& schema, const std::vector<std::string>& overrides);
   std::shared_ptr<Section::State> state_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Shared by the two CGAL translation units only: one mesh domain type per unit keeps the compiler small.
+// Shared by the two CGAL translation units only: one mesh domain type per unit keeps the compiler
+// small.
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
@@ -56,13 +57,13 @@ TetMesh to_tet_mesh(const C3t3& c3t3) {
   return mesh;
 }
 
-/// Delaunay refinement and sliver perturbation. No exudation (85 % of the default time for +0.02 mean radius
-/// ratio) and no time limit, so the same input gives the same mesh.
+/// Delaunay refinement and sliver perturbation. No exudation (85 % of the default time for +0.02
+/// mean radius ratio) and no time limit, so the same input gives the same mesh.
 template <class Domain>
 TetMesh mesh_domain(const Domain& domain, const MeshRequest& request) {
   namespace params = CGAL::parameters;
-  using Triangulation = typename CGAL::Mesh_triangulation_3<Domain, CGAL::Default,
-                                                            CGAL::Sequential_tag>::type;
+  using Triangulation =
+      typename CGAL::Mesh_triangulation_3<Domain, CGAL::Default, CGAL::Sequential_tag>::type;
   using C3t3 = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
   using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 

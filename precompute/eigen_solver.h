@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/profile.h"
 #include "precompute/elasticity.h"
@@ -8,9 +9,9 @@
 namespace archetide {
 
 struct EigenOptions {
-  int count = 0;             // eigenpairs wanted, >= 1
+  int count = 0;             // eigenpairs wanted, >= 1; 2 count + 1 <= 3n - d
   double sigma = 0.0;        // shift, 1/s^2, negative: K - sigma M is SPD
-  double tolerance = 1e-10;  // ARPACK's relative accuracy of eigenvalues
+  double tolerance = 1e-10;  // ARPACK's relative accuracy of 1 / (lambda - sigma)
   int max_restarts = 300;
 };
 
@@ -22,14 +23,22 @@ struct EigenResult {
 
 /// The lowest eigenpairs of K phi = lambda M phi that are M-orthogonal to `deflated` (3n x d,
 /// M-orthonormal eigenvectors known beforehand). ARPACK shift-invert on a supernodal Cholesky
-/// factor. `mass` is scalar n x n. Phases factor and iterate go to `profile`. Throws NumericsError.
+/// factor. `mass` is scalar n x n; `ordering` from nested_dissection(). Phases factor and iterate
+/// go to `profile`. Not reentrant (ARPACK keeps static state). Throws NumericsError.
 EigenResult lowest_eigenpairs(const SparseMatrix& stiffness, const SparseMatrix& mass,
-                              const MatX& deflated, const EigenOptions& options, Profile& profile);
+                              const MatX& deflated, const std::vector<int>& ordering,
+                              const EigenOptions& options, Profile& profile);
 
 /// Number of eigenvalues of (K, M) below mu: negative pivots of K - mu M = L D L^T (Sylvester).
-int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& mass, double mu);
+int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& mass, double mu,
+                            const std::vector<int>& ordering);
 
-/// Name of the BLAS in use; slow when it is the reference one.
-std::string blas_name(bool& slow);
+struct BlasInfo {
+  std::string name;
+  bool slow = false;  // the reference BLAS: 4 to 10 times slower
+};
+
+/// The BLAS in use; limits it to one thread (two lose at this size).
+BlasInfo prepare_blas();
 
 }  // namespace archetide

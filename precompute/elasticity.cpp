@@ -1,6 +1,7 @@
 #include "precompute/elasticity.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/check.h"
 #include "common/input_error.h"
@@ -132,7 +133,8 @@ SparseMatrix mass_matrix(const TetMesh& mesh, double density, MassKind kind) {
   for (const auto& tet : mesh.tets) {
     const double share = density * tet_shape(mesh, tet).volume / 20.0;
     for (int p : tet)  // m_pq = ρ V / 20 (1 + δ_pq)
-      for (int q : tet) M.valuePtr()[graph.start[q] + graph.slot(q, p)] += p == q ? 2 * share : share;
+      for (int q : tet)
+        M.valuePtr()[graph.start[q] + graph.slot(q, p)] += p == q ? 2 * share : share;
   }
   return M;
 }
@@ -155,7 +157,8 @@ MatX apply_mass(const SparseMatrix& mass, const MatX& x) {
 
 Vec3 move_to_centre_of_mass(TetMesh& mesh) {
   Vec3 total = Vec3::Zero();
-  // Twice: the second pass takes out the round-off of the first when the body is far from the origin.
+  // Twice: the second pass takes out the round-off of the first when the body is far from the
+  // origin.
   for (int pass = 0; pass < 2; ++pass) {
     Vec3 moment = Vec3::Zero();  // m^4
     double volume = 0.0;         // m^3

@@ -25,7 +25,7 @@ struct ModesResult {
   MomentumIntegrals integrals;
   std::string blas;           // name of the BLAS that did the work
   bool slow_blas = false;     // reference BLAS: 4 to 10 times slower than OpenBLAS; worth a warning
-  double rigid_energy = 0.0;  // max K-energy of the rigid vectors / omega2 of the first mode
+  double rigid_energy = 0.0;  // largest K-energy of the M-orthonormal rigid vectors, 1/s^2
   double orthonormality = 0.0;  // max |Phi^T M Phi - 1|
   double rigid_content = 0.0;   // max momentum of a mode, relative (sum m phi, sum m x cross phi)
   double next_omega2 = 0.0;     // first eigenvalue that was not kept, 1/s^2
@@ -37,8 +37,9 @@ struct ModesResult {
 };
 
 /// `mesh` must have its centre of mass at the origin (move_to_centre_of_mass). Phases go to
-/// `profile` as assemble, factor, iterate, sturm, integrals. Throws NumericsError naming the failed
-/// check, InputError when the mesh has too few nodes for the count or is in several loose parts.
+/// `profile` as assemble, order, factor, iterate, integrals, sturm. Throws NumericsError naming the
+/// failed check, InputError when the mesh has too few nodes for the count or is in several loose
+/// parts.
 ModesResult compute_modes(const TetMesh& mesh, const Material& material,
                           const ModesOptions& options, Profile& profile);
 

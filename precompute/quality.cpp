@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <sstream>
+#include <tuple>
+#include <vector>
 
 #include "common/input_error.h"
 
@@ -12,7 +14,8 @@ namespace archetide {
 namespace {
 
 using Face = std::array<int, 3>;
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // outward, opposite node k
+constexpr int kFaces[4][3] = {
+    {1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // outward, opposite node k
 
 struct TetNumbers {
   double volume, min_dihedral, radius_ratio;
@@ -38,8 +41,8 @@ TetNumbers tet_numbers(const TetMesh& mesh, const std::array<int, 4>& tet) {
       widest = std::max(widest, -normals[i].dot(normals[j]) /
                                     std::max(normals[i].norm() * normals[j].norm(), 1e-300));
   // Circumradius from R = |a² b×c + b² c×a + c² a×b| / 12 V, inradius = 3 V / area.
-  const Vec3 top = a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) +
-                   c.squaredNorm() * a.cross(b);
+  const Vec3 top =
+      a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b);
   const double ratio = 108.0 * volume * volume / std::max(area * top.norm(), 1e-300);
   return {volume, std::acos(std::min(widest, 1.0)) * 180.0 / std::numbers::pi,
           volume > 0.0 ? ratio : 0.0};
@@ -54,9 +57,7 @@ Face sorted(Face f) {
 struct OwnedFace {
   Face face;
   int tet;
-  bool operator<(const OwnedFace& o) const {
-    return std::tie(face, tet) < std::tie(o.face, o.tet);
-  }
+  bool operator<(const OwnedFace& o) const { return std::tie(face, tet) < std::tie(o.face, o.tet); }
 };
 
 int find_root(std::vector<int>& parent, int i) {
@@ -64,19 +65,34 @@ int find_root(std::vector<int>& parent, int i) {
   return i;
 }
 
-/// Boundary edges that do not have exactly two boundary triangles.
-int count_nonmanifold_edges(const std::vector<Face>& boundary) {
-  std::vector<std::array<int, 2>> edges;
-  for (const Face& f : boundary)
-    for (int k = 0; k < 3; ++k)
-      edges.push_back({std::min(f[k], f[(k + 1) % 3]), std::max(f[k], f[(k + 1) % 3])});
-  std::sort(edges.begin(), edges.end());
-  int bad = 0;
-  for (std::size_t i = 0, next; i < edges.size(); i = next) {
-    for (next = i; next < edges.size() && edges[next] == edges[i];) ++next;
-    bad += next - i != 2;
+/// Boundary edges without exactly two boundary triangles, and boundary nodes at which several fans
+/// meet.
+void measure_boundary(const std::vector<Face>& boundary, TetQuality& q) {
+  struct Edge {
+    std::array<int, 2> ends;
+    std::array<int, 2> corners;  // 3 triangle + place, of each end
+    bool operator<(const Edge& o) const {
+      return std::tie(ends, corners) < std::tie(o.ends, o.corners);
+    }
+  };
+  std::vector<Edge> edges;
+  std::vector<int> fan(3 * boundary.size());  // union-find over corners
+  for (int c = 0; c < int(fan.size()); ++c) {
+    fan[c] = c;
+    const int next = c % 3 == 2 ? c - 2 : c + 1;
+    const int a = boundary[c / 3][c % 3], b = boundary[next / 3][next % 3];
+    edges.push_back(a < b ? Edge{{a, b}, {c, next}} : Edge{{b, a}, {next, c}});
   }
-  return bad;
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0, next; i < edges.size(); i = next) {
+    for (next = i; next < edges.size() && edges[next].ends == edges[i].ends;) ++next;
+    q.nonmanifold_edges += next - i != 2;
+    for (int end = 0; next - i == 2 && end < 2; ++end)
+      fan[find_root(fan, edges[i].corners[end])] = find_root(fan, edges[i + 1].corners[end]);
+  }
+  std::vector<int> fans(q.nodes, 0);
+  for (int c = 0; c < int(fan.size()); ++c) fans[boundary[c / 3][c % 3]] += fan[c] == c;
+  q.nonmanifold_nodes = int(std::count_if(fans.begin(), fans.end(), [](int f) { return f > 1; }));
 }
 
 /// Faces, boundary edges and components from the sorted list of all faces.
@@ -101,7 +117,7 @@ void measure_topology(const TetMesh& mesh, TetQuality& q) {
     if (next - i == 1) boundary.push_back(faces[i].face);
     q.nonmanifold_faces += next - i > 2;
   }
-  q.nonmanifold_edges = count_nonmanifold_edges(boundary);
+  measure_boundary(boundary, q);
 }
 
 }  // namespace
@@ -146,6 +162,7 @@ std::string quality_complaints(const TetQuality& q, const QualityLimits& limits)
   if (q.nonmanifold_faces > 0) complain() << q.nonmanifold_faces << " faces in more than two tets";
   if (q.nonmanifold_edges > 0)
     complain() << q.nonmanifold_edges << " boundary edges without exactly two triangles";
+  if (q.nonmanifold_nodes > 0) complain() << q.nonmanifold_nodes << " pinched boundary nodes";
   if (q.unused_nodes > 0) complain() << q.unused_nodes << " nodes that no tet uses";
   if (std::abs(q.volume_error) > limits.max_volume_error)
     complain() << "volume off by " << 100.0 * q.volume_error << " % (limit "

@@ -22,6 +22,7 @@ struct TetQuality {
   double min_radius_ratio = 0.0;
   int min_radius_ratio_tet = -1;
   int nonmanifold_edges = 0;  // boundary edges without exactly two boundary triangles
+  int nonmanifold_nodes = 0;  // boundary nodes at which several fans of triangles meet
   int nonmanifold_faces = 0;  // faces shared by more than two tets
   int unused_nodes = 0;
   int components = 0;  // parts connected through faces

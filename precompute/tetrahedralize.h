@@ -17,10 +17,11 @@ struct TetrahedralizeOptions {
 };
 
 struct TetrahedralizeResult {
-  TetMesh mesh;        // in the coordinates of the input surface
-  TetQuality quality;  // passed options.limits
-  double edge = 0.0;   // edge length that the last attempt asked for, m
-  int attempts = 0;    // 1 or 2
+  TetMesh mesh;                   // in the coordinates of the input surface
+  TetQuality quality;             // passed options.limits
+  double edge = 0.0;              // edge length that the last attempt asked for, m
+  int attempts = 0;               // 1 or 2
+  double raw_volume_error = 0.0;  // relative, before the boundary was moved to restore the volume
 };
 
 /// Fills a closed, manifold, outward oriented surface without self-intersections (the caller has

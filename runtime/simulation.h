@@ -6,6 +6,7 @@
 
 #include "common/profile.h"
 #include "common/tri_mesh.h"
+#include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/grid/grid.h"
 #include "runtime/numerics/solve_report.h"
@@ -13,7 +14,6 @@
 
 namespace archetide {
 
-enum class Geometry { kCutCell, kVoxel };
 enum class Scheme { kNewmark, kSingle };  // two coupled solves a step (Section 6), or one
 enum class OnFail { kHalveStep, kStop };
 

@@ -1,4 +1,5 @@
-// archetide-assets: writes the surfaces of assets/bodies, or checks that they are what it would write.
+// archetide-assets: writes the surfaces of assets/bodies, or checks that they are what it would
+// write.
 
 #include <cmath>
 #include <cstdio>
@@ -15,8 +16,10 @@ namespace archetide {
 namespace {
 
 constexpr const char* kUsage =
-    "archetide-assets DIR           write sphere.obj, torus.obj, starfish.obj, jellyfish.obj to DIR\n"
-    "archetide-assets --check DIR   compare the files of DIR with what would be written, byte by byte\n";
+    "archetide-assets DIR           write sphere.obj, torus.obj, starfish.obj, jellyfish.obj to "
+    "DIR\n"
+    "archetide-assets --check DIR   compare the files of DIR with what would be written, byte by "
+    "byte\n";
 
 /// Rounded to 1e-7 m, without negative zero, so that the text does not depend on the last bits.
 double rounded(double x) { return std::round(x * 1e7) / 1e7 + 0.0; }

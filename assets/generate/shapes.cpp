@@ -35,7 +35,8 @@ double torus(const Vec3& x) {
   return std::hypot(to_ring, x.z()) - 0.07;
 }
 
-/// Five tapered arms joined by rounded webs; the top is domed, the underside nearly flat, the tips rise.
+/// Five tapered arms joined by rounded webs; the top is domed, the underside nearly flat, the tips
+/// rise.
 double starfish(const Vec3& x) {
   const double distance = std::hypot(x.x(), x.y());
   const double lift = 0.35 * distance * distance;  // m, 1 cm at the tips
@@ -46,8 +47,7 @@ double starfish(const Vec3& x) {
     const double angle = kPi / 2.0 + 2.0 * kPi * arm / 5.0;
     const Vec3 direction(std::cos(angle), std::sin(angle), 0.0);
     solid = smooth_union(
-        solid,
-        tapered_capsule(stretched, 0.02 * direction, 0.042, 0.16 * direction, 0.015), 0.03);
+        solid, tapered_capsule(stretched, 0.02 * direction, 0.042, 0.16 * direction, 0.015), 0.03);
   }
   return 0.6 * solid;
 }
@@ -57,7 +57,8 @@ double bell(const Vec3& x) {
   constexpr double kFlatness = 0.8, kRadius = 0.138, kRimAngle = 1.8;  // 1, m, rad from the top
   const double rho = std::hypot(x.x(), x.y()), z = x.z() / kFlatness;
   const double angle = std::clamp(std::atan2(rho, z), 0.0, kRimAngle);
-  const double lobes = std::cos(8.0 * std::atan2(x.y(), x.x())) * smooth_step(0.7, kRimAngle, angle);
+  const double lobes =
+      std::cos(8.0 * std::atan2(x.y(), x.x())) * smooth_step(0.7, kRimAngle, angle);
   const double radius = kRadius * (1.0 + 0.025 * lobes);
   const double half_thickness = 0.018 - 0.009 * smooth_step(0.0, kRimAngle, angle);
   return std::hypot(rho - radius * std::sin(angle), z - radius * std::cos(angle)) - half_thickness;

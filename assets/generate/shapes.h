@@ -7,7 +7,8 @@
 
 namespace archetide {
 
-/// A smooth solid: inside where `value` is negative. `value` is continuous and close to a distance in m.
+/// A smooth solid: inside where `value` is negative. `value` is continuous and close to a distance
+/// in m.
 struct Shape {
   std::string name;
   std::string comment;             // first line of the OBJ file

@@ -16,7 +16,8 @@ using Edge = std::pair<int, int>;  // vertex indices, ascending
 
 Edge edge_of(int a, int b) { return a < b ? Edge(a, b) : Edge(b, a); }
 
-/// The shape's values on the nodes of a grid and the dual vertex of every cell that the surface crosses.
+/// The shape's values on the nodes of a grid and the dual vertex of every cell that the surface
+/// crosses.
 class DualGrid {
  public:
   explicit DualGrid(const Shape& shape) : shape_(shape) {
@@ -72,13 +73,14 @@ class DualGrid {
     mesh.vertices.push_back(project(shape_, sum / crossings));
   }
 
-  /// The dual quad of a grid edge that the surface crosses, as two triangles along its shorter diagonal.
+  /// The dual quad of a grid edge that the surface crosses, as two triangles along its shorter
+  /// diagonal.
   void add_quad(const Vec3i& node, int axis, TriMesh& mesh) const {
     const Vec3i end = node + Vec3i::Unit(axis);
     if (inside(node) == inside(end)) return;
     const Vec3i u = Vec3i::Unit((axis + 1) % 3), v = Vec3i::Unit((axis + 2) % 3);
-    std::array<int, 4> q = {dual_[index(node - u - v)], dual_[index(node - v)],
-                            dual_[index(node)], dual_[index(node - u)]};
+    std::array<int, 4> q = {dual_[index(node - u - v)], dual_[index(node - v)], dual_[index(node)],
+                            dual_[index(node - u)]};
     if (!inside(node)) std::swap(q[1], q[3]);
     const auto& x = mesh.vertices;
     const double first = (x[q[2]] - x[q[0]]).norm(), second = (x[q[3]] - x[q[1]]).norm();
@@ -109,7 +111,8 @@ int opposite_corner(const Vec3i& t, const Edge& edge) {
   return -1;
 }
 
-/// Flips every edge whose opposite angles sum to more than pi; one pass, each triangle at most once.
+/// Flips every edge whose opposite angles sum to more than pi; one pass, each triangle at most
+/// once.
 void flip_edges(TriMesh& mesh) {
   std::map<Edge, std::vector<int>> triangles_of;
   for (int t = 0; t < int(mesh.triangles.size()); ++t)

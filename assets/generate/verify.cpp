@@ -11,9 +11,10 @@
 namespace archetide {
 namespace {
 
-constexpr double kSmallestAngle = 15.0;  // degrees; measured worst of the four shapes: see README
+constexpr double kSmallestAngle = 15.0;  // degrees; measured worst of the four shapes: 26.9
 
-/// Every directed edge must occur once and have its reverse: then the surface is closed and oriented.
+/// Every directed edge must occur once and have its reverse: then the surface is closed and
+/// oriented.
 std::string edge_fault(const TriMesh& mesh) {
   std::map<std::pair<int, int>, int> count;
   for (const Vec3i& t : mesh.triangles)
@@ -80,7 +81,7 @@ std::string surface_fault(const TriMesh& mesh) {
   if (const std::string fault = vertex_fault(mesh); !fault.empty()) return fault;
   if (const int n = components(mesh); n != 1) return std::to_string(n) + " components";
   if (enclosed_volume(mesh) <= 0.0) return "the surface is inside out";
-  if (smallest_angle(mesh) < kSmallestAngle) return "a triangle is nearly flat";
+  if (smallest_angle(mesh) < kSmallestAngle) return "a triangle has an angle below 15 degrees";
   return "";
 }
 

@@ -6,8 +6,8 @@
 
 namespace archetide {
 
-/// What is wrong with a surface that should be closed, manifold, connected, outward and well shaped,
-/// or "" if nothing is.
+/// What is wrong with a surface that should be closed, manifold, connected, outward and free of
+/// slivers, or "" if nothing is.
 std::string surface_fault(const TriMesh& mesh);
 
 /// Smallest angle of any triangle, degrees.

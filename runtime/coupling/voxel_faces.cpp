@@ -119,7 +119,7 @@ std::vector<Vec3i> cells_inside(const Grid& g, const std::vector<Vec3>& points,
   return inside;
 }
 
-void add_voxel_fractions(const Grid&, const std::vector<Vec3i>& inside, SolidFractions& fractions) {
+void add_voxel_fractions(const std::vector<Vec3i>& inside, SolidFractions& fractions) {
   for (const Vec3i& c : inside) {
     fractions.cell(c[0], c[1], c[2]) = 1.0;
     for (int a = 0; a < 3; ++a) {
@@ -135,7 +135,7 @@ VoxelBody voxel_body(const Grid& g, const BodySurface& s, SolidFractions& fracti
   VoxelBody body;
   body.inside = cells_inside(g, s.points, s.body->archetype->surface.triangles);
   if (body.inside.empty()) return body;
-  add_voxel_fractions(g, body.inside, fractions);
+  add_voxel_fractions(body.inside, fractions);
 
   std::map<CellKey, bool> is_inside;
   for (const Vec3i& c : body.inside) is_inside[{c[0], c[1], c[2]}] = true;

@@ -31,7 +31,7 @@ std::vector<Vec3i> cells_inside(const Grid& g, const std::vector<Vec3>& points,
 VoxelBody voxel_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions);
 
 /// Voxel obstacle: closes the faces of all inside cells.
-void add_voxel_fractions(const Grid& g, const std::vector<Vec3i>& inside, SolidFractions& fractions);
+void add_voxel_fractions(const std::vector<Vec3i>& inside, SolidFractions& fractions);
 
 /// F = G^T W^T Q on the faces whose outer cell satisfies `is_water`, and the dual-cell fluid mass
 /// Q^T b Q (b = rho dx^3) and momentum Q^T b u* that the paper lets the body carry.

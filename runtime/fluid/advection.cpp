@@ -11,12 +11,14 @@ namespace {
 
 using Mask = Array3<unsigned char>;
 
-// out(c) = op over the points c + offset along one axis, offset in [first, last], inside the lattice.
+// out(c) = op over the points c + offset along one axis, offset in [first, last], inside the
+// lattice.
 template <class Op>
 void combine_along(Mask& m, int axis, int first, int last, const Op& op) {
   const Mask in = m;
   const int nx = m.nx(), size[3] = {m.nx(), m.ny(), m.nz()};
-  const std::size_t stride[3] = {1, static_cast<std::size_t>(nx), static_cast<std::size_t>(nx) * m.ny()};
+  const std::size_t stride[3] = {1, static_cast<std::size_t>(nx),
+                                 static_cast<std::size_t>(nx) * m.ny()};
 #pragma omp parallel for
   for (int k = 0; k < m.nz(); ++k)
     for (int j = 0; j < m.ny(); ++j)
@@ -27,7 +29,8 @@ void combine_along(Mask& m, int axis, int first, int last, const Op& op) {
         const int low = axis == 0 ? std::max(0, -offset) : 0;
         const int high = axis == 0 ? std::min(nx, nx - offset) : nx;
         unsigned char* out = m.data() + m.index(0, j, k);
-        const unsigned char* from = in.data() + m.index(0, j, k) + offset * static_cast<std::ptrdiff_t>(stride[axis]);
+        const unsigned char* from =
+            in.data() + m.index(0, j, k) + offset * static_cast<std::ptrdiff_t>(stride[axis]);
         for (int i = low; i < high; ++i) out[i] = op(out[i], from[i]);
       }
 }
@@ -46,8 +49,9 @@ Mask whole_stencils(const Mask& valid) {
 Mask surroundings(const Mask& target) {
   Mask near = target;
   for (int axis = 0; axis < 3; ++axis)
-    combine_along(near, axis, -1, 1,
-                  [](unsigned char a, unsigned char b) { return static_cast<unsigned char>(a | b); });
+    combine_along(near, axis, -1, 1, [](unsigned char a, unsigned char b) {
+      return static_cast<unsigned char>(a | b);
+    });
   return near;
 }
 
@@ -62,7 +66,9 @@ void face_velocity(const Grid& g, const MacField& u, int i, int j, int k, double
     int p[3] = {i, j, k}, q[3] = {i, j, k};
     p[A] = low, q[A] = high;
     const Array3<double>& f = u[b];
-    const std::size_t step = b == 0 ? 1 : b == 1 ? f.nx() : static_cast<std::size_t>(f.nx()) * f.ny();
+    const std::size_t step = b == 0   ? 1
+                             : b == 1 ? f.nx()
+                                      : static_cast<std::size_t>(f.nx()) * f.ny();
     const double* fp = f.data() + f.index(p[0], p[1], p[2]);
     const double* fq = f.data() + f.index(q[0], q[1], q[2]);
     v[b] = 0.25 * ((fp[0] + fq[0]) + (fp[step] + fq[step]));
@@ -71,8 +77,8 @@ void face_velocity(const Grid& g, const MacField& u, int i, int j, int k, double
 
 // Where the path of face (i,j,k) over -h or +h ends, as slots of the component's own lattice.
 template <int A>
-void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i, int j, int k, double h,
-              Slot s[3]) {
+void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i, int j, int k,
+              double h, Slot s[3]) {
   double v[3], x[3] = {i + 0.5, j + 0.5, k + 0.5}, y[3];
   x[A] -= 0.5;
   face_velocity<A>(g, u, i, j, k, v);
@@ -88,7 +94,8 @@ double valid_mean(const Lattice& f, const unsigned char* valid, const Slot s[3],
   for (int c = 0; c < 8; ++c) {
     const std::size_t m = n + (c & 1 ? f.sx : 0) + (c & 2 ? f.sy : 0) + (c & 4 ? f.sz : 0);
     if (!valid[m]) continue;
-    const double w = (c & 1 ? s[0].f : 1 - s[0].f) * (c & 2 ? s[1].f : 1 - s[1].f) * (c & 4 ? s[2].f : 1 - s[2].f);
+    const double w = (c & 1 ? s[0].f : 1 - s[0].f) * (c & 2 ? s[1].f : 1 - s[1].f) *
+                     (c & 4 ? s[2].f : 1 - s[2].f);
     sum += w * f.values[m], weight += w;
   }
   return weight > 1e-12 ? sum / weight : otherwise;
@@ -111,8 +118,9 @@ struct Scratch {
 };
 
 template <int A>
-void advect_component(const Grid& g, const MacField& u, const Array3<double>& f, double dt, const Mask& valid,
-                      const Mask& target, Scratch& scratch, Array3<double>& result) {
+void advect_component(const Grid& g, const MacField& u, const Array3<double>& f, double dt,
+                      const Mask& valid, const Mask& target, Scratch& scratch,
+                      Array3<double>& result) {
   const double h = dt / g.dx;
   const MacSampler sampler(g, u);
   const Lattice source(f);
@@ -132,7 +140,8 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
                          : valid_mean(source, valid.data(), s, f[n]);
   });
 
-  // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at the foot.
+  // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at
+  // the foot.
   const Mask whole_hat = whole_stencils(hat_valid);
   Lattice first_order(f);
   first_order.values = hat;
@@ -152,18 +161,22 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
 
 }  // namespace
 
-void advect_velocity(const Grid& g, const MacField& transporting, const MacField& advected, double dt,
-                     const FaceField<unsigned char>& valid_source, const FaceField<unsigned char>& target,
-                     MacField& result) {
+void advect_velocity(const Grid& g, const MacField& transporting, const MacField& advected,
+                     double dt, const FaceField<unsigned char>& valid_source,
+                     const FaceField<unsigned char>& target, MacField& result) {
   ARCHETIDE_CHECK(&result != &advected && &result != &transporting);
   std::size_t largest = 0;
   for (int a = 0; a < 3; ++a) largest = std::max(largest, advected[a].size());
   for (int a = 0; a < 3; ++a)
     if (result[a].size() != advected[a].size()) result.resize(g);
-  Scratch scratch{std::make_unique_for_overwrite<double[]>(largest), std::make_unique_for_overwrite<int[]>(largest)};
-  advect_component<0>(g, transporting, advected[0], dt, valid_source[0], target[0], scratch, result[0]);
-  advect_component<1>(g, transporting, advected[1], dt, valid_source[1], target[1], scratch, result[1]);
-  advect_component<2>(g, transporting, advected[2], dt, valid_source[2], target[2], scratch, result[2]);
+  Scratch scratch{std::make_unique_for_overwrite<double[]>(largest),
+                  std::make_unique_for_overwrite<int[]>(largest)};
+  advect_component<0>(g, transporting, advected[0], dt, valid_source[0], target[0], scratch,
+                      result[0]);
+  advect_component<1>(g, transporting, advected[1], dt, valid_source[1], target[1], scratch,
+                      result[1]);
+  advect_component<2>(g, transporting, advected[2], dt, valid_source[2], target[2], scratch,
+                      result[2]);
 }
 
 double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask) {

@@ -22,6 +22,9 @@ Ijk unravel(const Array3<T>& a, int n) {
           static_cast<int>(slab)};
 }
 
+/// Shorter lists are not worth waking the threads for.
+constexpr int kParallelFrom = 2048;
+
 /// Joins the parts in their order.
 template <class T>
 std::vector<T> concatenate(const std::vector<std::vector<T>>& parts) {
@@ -33,7 +36,8 @@ std::vector<T> concatenate(const std::vector<std::vector<T>>& parts) {
   return all;
 }
 
-/// Indices n of the lattice of `shape` with keep(i, j, k, n), ascending whatever the number of threads.
+/// Indices n of the lattice of `shape` with keep(i, j, k, n), ascending whatever the number of
+/// threads.
 template <class T, class Predicate>
 std::vector<int> collect_cells(const Array3<T>& shape, const Predicate& keep) {
   std::vector<std::vector<int>> parts(shape.nz());
@@ -59,15 +63,15 @@ void for_each_neighbour(const Array3<T>& shape, Ijk c, int n, const F& f) {
   if (c.k < shape.nz() - 1) f(2, 1, n + sz);
 }
 
-/// Neighbours m with mark[m] == 0 of the points of `front` that satisfy from(n); each is marked and listed once. The set
-/// does not depend on the number of threads, its order does.
+/// Neighbours m with mark[m] == 0 of the points of `front` that satisfy from(n); each is marked and
+/// listed once. The set does not depend on the number of threads, its order does.
 template <class Condition>
-std::vector<int> claim_neighbours(Array3<unsigned char>& mark, const std::vector<int>& front, unsigned char claimed,
-                                  const Condition& from) {
+std::vector<int> claim_neighbours(Array3<unsigned char>& mark, const std::vector<int>& front,
+                                  unsigned char claimed, const Condition& from) {
   constexpr int kChunk = 1024;
   const int count = static_cast<int>(front.size());
   std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
   for (int part = 0; part < static_cast<int>(parts.size()); ++part)
     for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
       const int n = front[t];

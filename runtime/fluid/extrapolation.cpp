@@ -38,14 +38,15 @@ void grow(Array3<double>& f, Mask& valid, int layers, const Value& value) {
   for (int layer = 1; layer <= layers && !frontier.empty(); ++layer) {
     const int count = static_cast<int>(frontier.size());
     values.resize(count);
-#pragma omp parallel for
+#pragma omp parallel for if (count > kParallelFrom)
     for (int t = 0; t < count; ++t) values[t] = value(frontier[t]);
-#pragma omp parallel for
+#pragma omp parallel for if (count > kParallelFrom)
     for (int t = 0; t < count; ++t) {
       f[frontier[t]] = values[t];
       valid[frontier[t]] = static_cast<unsigned char>(layer + 1);
     }
-    if (layer < layers) frontier = claim_neighbours(valid, frontier, kClaimed, [](int) { return true; });
+    if (layer < layers)
+      frontier = claim_neighbours(valid, frontier, kClaimed, [](int) { return true; });
   }
 }
 
@@ -66,9 +67,10 @@ void zero_invalid(Array3<double>& f, const Mask& valid) {
     if (!valid[n]) f[n] = 0.0;
 }
 
-// Mean over the axes of the straight line through the two known points next to n; of the neighbours alone if
-// no line has two.
-double line_extension(const Array3<double>& phi, const Mask& valid, int n, double dx) {
+// Mean over the axes of the straight lines through the two known points next to n, both inside the
+// band. Without such a line the old value if it is within 1.5 cells of the neighbours' mean, and
+// else that mean.
+double line_extension(const Array3<double>& phi, const Mask& valid, int n, double dx, double band) {
   const int stride[3] = {1, phi.nx(), phi.nx() * phi.ny()};
   const int size[3] = {phi.nx(), phi.ny(), phi.nz()};
   const Ijk c = unravel(phi, n);
@@ -80,9 +82,12 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, doubl
     points += phi[m], ++point_count;
     const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
     if (beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
+    if (std::abs(phi[m]) >= band || std::abs(phi[mm]) >= band) return;
     lines += phi[m] + std::clamp(phi[m] - phi[mm], -dx, dx), ++line_count;
   });
-  return line_count ? lines / line_count : points / point_count;
+  if (line_count) return std::clamp(lines / line_count, -band, band);
+  const double mean = points / point_count;
+  return std::abs(phi[n] - mean) <= 1.5 * dx && (phi[n] < 0) == (mean < 0) ? phi[n] : mean;
 }
 
 }  // namespace
@@ -98,13 +103,14 @@ void extrapolate_cells(const Grid&, Array3<double>& f, Mask& valid, int layers) 
   grow_constant(f, valid, layers);
 }
 
-void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
+void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers,
+                      double band) {
   if (solid.size() == 0) return;
   Mask valid(solid.nx(), solid.ny(), solid.nz());
 #pragma omp parallel for
   for (std::size_t n = 0; n < solid.size(); ++n) valid[n] = solid[n] == 0;
   grow(phi, valid, layers, [&](int n) {
-    const double value = line_extension(phi, valid, n, g.dx);
+    const double value = line_extension(phi, valid, n, g.dx, band);
     return std::abs(value - phi[n]) <= kUnchanged * g.dx ? phi[n] : value;
   });
 }

@@ -4,17 +4,19 @@
 
 namespace archetide {
 
-/// Continues face velocities from valid faces (valid != 0) into invalid ones, layer by layer: every new face
-/// takes the mean of its valid face neighbours of the layers before. On return valid is 1 on the faces that were
-/// valid, 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
+/// Continues face velocities from valid faces (valid != 0) into invalid ones, layer by layer: every
+/// new face takes the mean of its valid face neighbours of the layers before. On return valid is 1
+/// on the faces that were valid, 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const Grid& g, MacField& u, FaceField<unsigned char>& valid, int layers);
 
 /// The same for cell values f; cells beyond the last layer keep their values.
 void extrapolate_cells(const Grid& g, Array3<double>& f, Array3<unsigned char>& valid, int layers);
 
-/// Continues the level set linearly (slope at most 1) through `layers` layers of the cells with solid != 0, so that a
-/// plane free surface goes on into a body as the same plane. Deeper cells keep their values; so do cells that would
-/// change by less than rounding (1e-9 dx). An empty mask means no solids.
-void extend_level_set(const Grid& g, Array3<double>& phi, const Array3<unsigned char>& solid, int layers);
+/// Continues the level set linearly (slope at most 1, |phi| at most band, m) through `layers`
+/// layers of the cells with solid != 0, so that a plane free surface goes on into a body as the
+/// same plane. Deeper cells keep their values; so do cells that would change by less than rounding
+/// (1e-9 dx). An empty mask means no solids.
+void extend_level_set(const Grid& g, Array3<double>& phi, const Array3<unsigned char>& solid,
+                      int layers, double band);
 
 }  // namespace archetide

@@ -6,11 +6,11 @@
 
 namespace archetide {
 
-/// Marker particles of the particle level set [EMF02], structure of arrays. sign +1: outside (air) particle,
-/// -1: inside (water) particle.
+/// Marker particles of the particle level set [EMF02], structure of arrays. sign +1: outside (air)
+/// particle, -1: inside (water) particle.
 struct Particles {
-  std::vector<Vec3> position;     // m
-  std::vector<float> radius;      // m
+  std::vector<Vec3> position;  // m
+  std::vector<float> radius;   // m
   std::vector<signed char> sign;
   std::size_t size() const { return position.size(); }
 };

@@ -25,7 +25,8 @@ CubicSlot cubic_slot(double s, int n) {
   const double a = t, b = t - 1, c = t - 2, d = t - 3;
   switch (slot.count) {
     case 4:
-      slot.w[0] = b * c * d / -6, slot.w[1] = a * c * d / 2, slot.w[2] = a * b * d / -2, slot.w[3] = a * b * c / 6;
+      slot.w[0] = b * c * d / -6, slot.w[1] = a * c * d / 2, slot.w[2] = a * b * d / -2,
+      slot.w[3] = a * b * c / 6;
       break;
     case 3:
       slot.w[0] = b * c / 2, slot.w[1] = -a * c, slot.w[2] = a * b / 2;
@@ -41,7 +42,8 @@ CubicSlot cubic_slot(double s, int n) {
 
 // Tricubic value at lattice coordinates s.
 double tricubic(const Array3<double>& f, const double s[3]) {
-  const CubicSlot x = cubic_slot(s[0], f.nx()), y = cubic_slot(s[1], f.ny()), z = cubic_slot(s[2], f.nz());
+  const CubicSlot x = cubic_slot(s[0], f.nx()), y = cubic_slot(s[1], f.ny()),
+                  z = cubic_slot(s[2], f.nz());
   double sum = 0.0;
   for (int k = 0; k < z.count; ++k)
     for (int j = 0; j < y.count; ++j) {
@@ -53,11 +55,14 @@ double tricubic(const Array3<double>& f, const double s[3]) {
   return sum;
 }
 
-// Volume fraction of t in [0,1] where slope t < beta, slope >= 0, shifted by every t: the mean over t of
-// clamp((beta - m1 t) / m2, 0, 1); m2 >= m1 >= 0, m2 > 0. The integrand is linear between its breakpoints.
+// Volume fraction of t in [0,1] where slope t < beta, slope >= 0, shifted by every t: the mean over
+// t of clamp((beta - m1 t) / m2, 0, 1); m2 >= m1 >= 0, m2 > 0. The integrand is linear between its
+// breakpoints.
 double square_fraction(double beta, double m1, double m2) {
   const auto height = [&](double t) { return std::clamp((beta - m1 * t) / m2, 0.0, 1.0); };
-  const auto breakpoint = [&](double b) { return m1 > 0 ? std::clamp((beta - b) / m1, 0.0, 1.0) : 0.0; };
+  const auto breakpoint = [&](double b) {
+    return m1 > 0 ? std::clamp((beta - b) / m1, 0.0, 1.0) : 0.0;
+  };
   const double t[4] = {0.0, breakpoint(m2), breakpoint(0.0), 1.0};
   double area = 0.0;
   for (int p = 0; p < 3; ++p) area += (t[p + 1] - t[p]) * height(0.5 * (t[p] + t[p + 1]));
@@ -74,7 +79,8 @@ double difference(const double* p, std::ptrdiff_t stride, int i, int n) {
 
 }  // namespace
 
-void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band) {
+void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi,
+                      double band) {
   const std::vector<int> cells =
       collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
   const MacSampler sampler(g, u);
@@ -101,21 +107,27 @@ double half_space_fraction(double value, const Vec3& m) {
   if (alpha <= 0.0) return 0.0;
   if (alpha >= a[0] + a[1] + a[2]) return 1.0;
 
-  // Mean over s0 of the area of the slice, which is quadratic between the breakpoints: two-point Gauss is exact.
-  const auto breakpoint = [&](double b) { return a[0] > 0 ? std::clamp((alpha - b) / a[0], 0.0, 1.0) : 0.0; };
-  const double s[6] = {0.0, breakpoint(a[1] + a[2]), breakpoint(a[2]), breakpoint(a[1]), breakpoint(0.0), 1.0};
+  // Mean over s0 of the area of the slice, which is quadratic between the breakpoints: two-point
+  // Gauss is exact.
+  const auto breakpoint = [&](double b) {
+    return a[0] > 0 ? std::clamp((alpha - b) / a[0], 0.0, 1.0) : 0.0;
+  };
+  const double s[6] = {
+      0.0, breakpoint(a[1] + a[2]), breakpoint(a[2]), breakpoint(a[1]), breakpoint(0.0), 1.0};
   const double gauss = 0.5 / std::sqrt(3.0);
   double fraction = 0.0;
   for (int p = 0; p < 5; ++p) {
     const double width = s[p + 1] - s[p], middle = 0.5 * (s[p] + s[p + 1]);
     if (width == 0.0) continue;
     for (double offset : {-gauss, gauss})
-      fraction += 0.5 * width * square_fraction(alpha - a[0] * (middle + offset * width), a[1], a[2]);
+      fraction +=
+          0.5 * width * square_fraction(alpha - a[0] * (middle + offset * width), a[1], a[2]);
   }
   return fraction;
 }
 
-double water_volume(const Grid& g, const Array3<double>& phi, const Array3<double>* cell_open_fraction) {
+double water_volume(const Grid& g, const Array3<double>& phi,
+                    const Array3<double>* cell_open_fraction) {
   // One sum per row, added in order: the result does not depend on the number of threads.
   std::vector<double> rows(static_cast<std::size_t>(g.ny) * g.nz, 0.0);
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)

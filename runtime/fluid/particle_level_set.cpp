@@ -13,8 +13,8 @@ namespace {
 
 using Mask = Array3<unsigned char>;
 constexpr double kSmallest = 0.1, kLargest = 0.5;  // radii, dx [EMF02]
-constexpr double kHalfBand = 3.0;                  // particles live this near to the surface, dx [EMF02]
-constexpr double kWallGap = 1e-6;                  // particles stay this far inside the tank, dx
+constexpr double kHalfBand = 3.0;  // particles live this near to the surface, dx [EMF02]
+constexpr double kWallGap = 1e-6;  // particles stay this far inside the tank, dx
 constexpr std::uint64_t kSeed = 0x61726368657469ull;
 
 // SplitMix64 finaliser: a well mixed function of its argument.
@@ -34,10 +34,12 @@ struct PhiSampler {
   Vec3 origin;
   double dx;
 
-  PhiSampler(const Grid& g, const Array3<double>& values) : phi(values), origin(g.origin), dx(g.dx) {}
+  PhiSampler(const Grid& g, const Array3<double>& values)
+      : phi(values), origin(g.origin), dx(g.dx) {}
   void locate(const Vec3& x, Slot s[3]) const {
     const Vec3 c = (x - origin) / dx;
-    s[0] = open_slot(c[0] - 0.5, phi.nx), s[1] = open_slot(c[1] - 0.5, phi.ny), s[2] = open_slot(c[2] - 0.5, phi.nz);
+    s[0] = open_slot(c[0] - 0.5, phi.nx), s[1] = open_slot(c[1] - 0.5, phi.ny),
+    s[2] = open_slot(c[2] - 0.5, phi.nz);
   }
   double operator()(const Vec3& x) const {
     Slot s[3];
@@ -48,7 +50,8 @@ struct PhiSampler {
 
 int cell_of(const Grid& g, const Vec3& x) {
   const Vec3 c = (x - g.origin) / g.dx;
-  const int i = std::clamp(static_cast<int>(c[0]), 0, g.nx - 1), j = std::clamp(static_cast<int>(c[1]), 0, g.ny - 1),
+  const int i = std::clamp(static_cast<int>(c[0]), 0, g.nx - 1),
+            j = std::clamp(static_cast<int>(c[1]), 0, g.ny - 1),
             k = std::clamp(static_cast<int>(c[2]), 0, g.nz - 1);
   return i + g.nx * (j + g.ny * k);
 }
@@ -74,7 +77,8 @@ struct Bucket {
   int first, last;
 };
 
-// Particles to keep, stably sorted by cell: order lists them, start[c] .. start[c+1] are those of cell c.
+// Particles to keep, stably sorted by cell: order lists them, start[c] .. start[c+1] are those of
+// cell c.
 struct Buckets {
   std::vector<int> order, start;
   Bucket of(int cell) const { return {start[cell], start[cell + 1]}; }
@@ -91,7 +95,8 @@ Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, co
 #pragma omp parallel for
   for (int t = 0; t < count; ++t) {
     const int c = cell_of(g, p.position[t]);
-    const bool keep = !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), p.radius[t], g.dx);
+    const bool keep =
+        !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), p.radius[t], g.dx);
     cell[t] = keep ? c : -1;
   }
   Buckets b;
@@ -107,19 +112,23 @@ Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, co
 }
 
 // Random new particles of one cell, sign and radius by phi.
-void seed_cell(const Grid& g, const PhiSampler& phi, int cell, Ijk c, int missing, std::uint64_t epoch, Particles& out) {
+void seed_cell(const Grid& g, const PhiSampler& phi, int cell, Ijk c, int missing,
+               std::uint64_t epoch, Particles& out) {
   const Vec3 low = g.origin + g.dx * Vec3(c.i, c.j, c.k);
   const std::uint64_t key = mix(kSeed ^ mix(static_cast<std::uint64_t>(cell) ^ mix(epoch)));
   for (int m = 0; m < missing; ++m) {
-    const Vec3 x = low + g.dx * Vec3(uniform(key + 3 * m), uniform(key + 3 * m + 1), uniform(key + 3 * m + 2));
+    const Vec3 x =
+        low + g.dx * Vec3(uniform(key + 3 * m), uniform(key + 3 * m + 1), uniform(key + 3 * m + 2));
     const double value = phi(x);
     if (std::abs(value) >= kHalfBand * g.dx) continue;
     append(out, x, radius_at(std::abs(value), g.dx), value < 0.0 ? -1 : 1);
   }
 }
 
-// The per_cell particles of a bucket nearest to the surface, and all escaped ones, in their old order.
-void thin_out(const PhiSampler& phi, const Particles& p, const Buckets& b, Bucket bucket, int per_cell, Particles& out) {
+// The per_cell particles of a bucket nearest to the surface, and all escaped ones, in their old
+// order.
+void thin_out(const PhiSampler& phi, const Particles& p, const Buckets& b, Bucket bucket,
+              int per_cell, Particles& out) {
   const int count = bucket.last - bucket.first;
   std::vector<std::pair<double, int>> depth(count);
   for (int m = 0; m < count; ++m) {
@@ -129,7 +138,8 @@ void thin_out(const PhiSampler& phi, const Particles& p, const Buckets& b, Bucke
   std::sort(depth.begin(), depth.end());
   int kept = std::min(count, per_cell);
   while (kept < count && depth[kept].first < -2.0 * p.radius[depth[kept].second]) ++kept;
-  std::sort(depth.begin(), depth.begin() + kept, [](const auto& x, const auto& y) { return x.second < y.second; });
+  std::sort(depth.begin(), depth.begin() + kept,
+            [](const auto& x, const auto& y) { return x.second < y.second; });
   for (int m = 0; m < kept; ++m) {
     const int t = depth[m].second;
     append(out, p.position[t], p.radius[t], p.sign[t]);
@@ -143,8 +153,8 @@ struct Claim {
   double phi;  // s (r - |x - x_p|), m
 };
 
-std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p, const Mask& solid,
-                                     int& escaped) {
+std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p,
+                                     const Mask& solid, int& escaped) {
   constexpr int kChunk = 4096;
   const int count = static_cast<int>(p.size());
   std::vector<std::vector<Claim>> parts((count + kChunk - 1) / kChunk);
@@ -160,7 +170,8 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
       for (int c = 0; c < 8; ++c) {
         const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
         if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
-        const double value = p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
+        const double value =
+            p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
         parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
       }
     }
@@ -170,8 +181,8 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
 
 }  // namespace
 
-void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& solid, int per_cell, std::uint64_t epoch,
-                      Particles& particles) {
+void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& solid, int per_cell,
+                      std::uint64_t epoch, Particles& particles) {
   const PhiSampler sampler(g, phi);
   const Buckets buckets = sort_by_cell(g, sampler, solid, particles);
   const std::vector<int> cells = collect_cells(phi, [&](int, int, int, int n) {
@@ -198,7 +209,8 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
 void advect_particles(const Grid& g, const MacField& u, double dt, Particles& particles) {
   const MacSampler sampler(g, u);
   const double h = dt / g.dx;
-  const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx), high = g.high() - Vec3::Constant(kWallGap * g.dx);
+  const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx),
+             high = g.high() - Vec3::Constant(kWallGap * g.dx);
 #pragma omp parallel for
   for (std::size_t t = 0; t < particles.size(); ++t) {
     const Vec3 c = (particles.position[t] - g.origin) / g.dx;
@@ -210,10 +222,12 @@ void advect_particles(const Grid& g, const MacField& u, double dt, Particles& pa
   }
 }
 
-int correct_level_set(const Grid& g, const Particles& particles, const Mask& solid, Array3<double>& phi) {
+int correct_level_set(const Grid& g, const Particles& particles, const Mask& solid,
+                      Array3<double>& phi) {
   int escaped = 0;
   std::vector<Claim> claims = claims_of_escaped(g, PhiSampler(g, phi), particles, solid, escaped);
-  std::sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) { return a.cell < b.cell; });
+  std::sort(claims.begin(), claims.end(),
+            [](const Claim& a, const Claim& b) { return a.cell < b.cell; });
   for (std::size_t t = 0; t < claims.size();) {
     // phi+ and phi- of one cell; the one nearer to the surface wins [EMF02].
     const int cell = claims[t].cell;

@@ -4,10 +4,11 @@
 
 namespace archetide {
 
-/// Makes phi the signed distance to its own zero level within `band` (m), and -band or +band beyond. Cells next to the
-/// interface take |phi| / |grad phi|, never more than the nearest crossing along an axis; the others follow from the
-/// second-order upwind eikonal equation. A cell whose value would change by less than 1e-9 dx keeps it, so that
-/// a surface at rest is not moved by rounding.
+/// Makes phi the signed distance to its own zero level within `band` (m), and -band or +band
+/// beyond. Cells next to the interface take |phi| / |grad phi|, never more than the nearest
+/// crossing along an axis; the others follow from the second-order upwind eikonal equation. A cell
+/// whose value would change by less than 1e-9 dx keeps it, so that a surface at rest is not moved
+/// by rounding.
 void redistance(const Grid& g, Array3<double>& phi, double band);
 
 }  // namespace archetide

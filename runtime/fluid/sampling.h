@@ -26,16 +26,24 @@ inline Slot open_slot(double s, int n) {
   return {i, n > 1 ? s - i : 0.0};
 }
 
-/// Trilinear view of an array, without the bookkeeping of positions. An axis with one point repeats it.
+/// Trilinear view of an array, without the bookkeeping of positions. An axis with one point repeats
+/// it.
 struct Lattice {
   const double* values;
   int nx, ny, nz;
-  std::size_t row, slab;     // strides of the array along y and z
-  std::size_t sx, sy, sz;    // steps to the next corner
+  std::size_t row, slab;   // strides of the array along y and z
+  std::size_t sx, sy, sz;  // steps to the next corner
 
   explicit Lattice(const Array3<double>& a)
-      : values(a.data()), nx(a.nx()), ny(a.ny()), nz(a.nz()), row(a.nx()), slab(row * a.ny()),
-        sx(nx > 1 ? 1 : 0), sy(ny > 1 ? row : 0), sz(nz > 1 ? slab : 0) {}
+      : values(a.data()),
+        nx(a.nx()),
+        ny(a.ny()),
+        nz(a.nz()),
+        row(a.nx()),
+        slab(row * a.ny()),
+        sx(nx > 1 ? 1 : 0),
+        sy(ny > 1 ? row : 0),
+        sz(nz > 1 ? slab : 0) {}
 
   std::size_t base(Slot x, Slot y, Slot z) const { return x.i + row * y.i + slab * z.i; }
 
@@ -61,7 +69,8 @@ struct Lattice {
   }
 };
 
-/// All components of a MAC field at positions in cell units (0..nx, 0..ny, 0..nz), clamped at the boundary.
+/// All components of a MAC field at positions in cell units (0..nx, 0..ny, 0..nz), clamped at the
+/// boundary.
 struct MacSampler {
   Lattice u, v, w;
   int nx, ny, nz;
@@ -78,7 +87,8 @@ struct MacSampler {
     out[2] = w.at(xc, yc, zf);
   }
 
-  /// x + h v at the midpoint: second-order Runge-Kutta from x with velocity v0 there. h = dt/dx, s/m.
+  /// x + h v at the midpoint: second-order Runge-Kutta from x with velocity v0 there. h = dt/dx,
+  /// s/m.
   void trace(const double x[3], const double v0[3], double h, double out[3]) const {
     double v_mid[3];
     (*this)(x[0] + 0.5 * h * v0[0], x[1] + 0.5 * h * v0[1], x[2] + 0.5 * h * v0[2], v_mid);

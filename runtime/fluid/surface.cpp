@@ -31,17 +31,19 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   redistance(g, state.phi, band);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   adjust_radii(g, state.phi, state.particles);
-  extend_level_set(g, state.phi, solid_cells, kSolidLayers);
+  extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
   if (options.particles_per_cell > 0 && due)
-    reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1, state.particles);
+    reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1,
+                     state.particles);
 }
 
 void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& options,
                      const Array3<unsigned char>& solid_cells) {
   if (g.cells() == 0) return;
-  extend_level_set(g, state.phi, solid_cells, kSolidLayers);
-  redistance(g, state.phi, options.band_cells * g.dx);
+  const double band = options.band_cells * g.dx;
+  redistance(g, state.phi, band);
+  extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
   if (options.particles_per_cell > 0)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, 0, state.particles);
 }

@@ -10,13 +10,14 @@ struct SurfaceOptions {
   int reseed_every = 20;       // steps between reseedings [EMF02]
 };
 
-/// Moves the free surface over dt with state.u, which must be valid up to ceil(cfl) + 3 cells beyond the water.
-/// solid_cells: cells mostly inside a body or obstacle (may be empty); the surface goes on into them as a plane. `step`
-/// counts steps and keys the random numbers.
+/// Moves the free surface over dt with state.u, which must be valid up to ceil(cfl) + 3 cells
+/// beyond the water. solid_cells: cells mostly inside a body or obstacle (may be empty); the
+/// surface goes on into them as a plane. `step` counts steps and keys the random numbers.
 void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,
                      const Array3<unsigned char>& solid_cells, long step);
 
-/// Makes phi of a scene ready for the first step: distance within the band, continued into solids, particles seeded.
+/// Makes phi of a scene ready for the first step: distance within the band, continued into solids,
+/// particles seeded.
 void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& options,
                      const Array3<unsigned char>& solid_cells);
 

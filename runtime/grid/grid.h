@@ -57,6 +57,9 @@ Vec3 interpolate_gradient(const Grid& g, const Array3<double>& cell_values, cons
 double interpolate_component(const Grid& g, const MacField& u, int axis, const Vec3& x);
 Vec3 interpolate(const Grid& g, const MacField& u, const Vec3& x);
 
+/// Sets the field to zero on the faces that lie in closed sides of the tank.
+void close_sides(const Grid& g, const Sides& open_side, FaceField<double>& field);
+
 /// Largest |component| over all faces, m/s.
 double max_speed(const MacField& u);
 

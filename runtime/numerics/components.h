@@ -8,8 +8,9 @@
 
 namespace archetide {
 
-/// The connected components of unknowns (connected through faces with w > 0) that touch no Dirichlet cell
-/// and no open side. On each of them A is singular: its indicator vector is in the null space.
+/// The connected components of unknowns (connected through faces with w > 0) that touch no
+/// Dirichlet cell and no open side. On each of them A is singular: its indicator vector is in the
+/// null space.
 class ClosedComponents {
  public:
   void setup(const PoissonMatrix& matrix);
@@ -32,7 +33,8 @@ class ClosedComponents {
   std::vector<Blocks> cells_of_;
 };
 
-/// A closed tank as a solvable operator for pcg: A with its null space, for water without moving bodies.
+/// A closed tank as a solvable operator for pcg: A with its null space, for water without moving
+/// bodies.
 template <class Op>
 class ProjectedOperator {
  public:

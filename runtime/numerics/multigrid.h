@@ -8,9 +8,10 @@
 
 namespace archetide {
 
-/// One symmetric fp32 V(2,2) cycle for a PoissonMatrix: red-black Gauss-Seidel (red, black before; black, red
-/// after the coarse correction), 2x2x2 piecewise-constant aggregation with face coefficients rescaled by 1/2.
-/// Symmetric positive definite on the unknowns for every admissible matrix; bit-identical for any thread count.
+/// One symmetric fp32 V(2,2) cycle for a PoissonMatrix: red-black Gauss-Seidel (red, black before;
+/// black, red after the coarse correction), 2x2x2 piecewise-constant aggregation with face
+/// coefficients rescaled by 1/2. Symmetric positive definite on the unknowns for every admissible
+/// matrix; bit-identical for any thread count.
 class Multigrid {
  public:
   Multigrid();
@@ -18,9 +19,10 @@ class Multigrid {
   Multigrid(Multigrid&&) noexcept;
   Multigrid& operator=(Multigrid&&) noexcept;
 
-  /// Builds the levels; storage is reused from one setup to the next. With `closed`, the cycle is projected on
-  /// both sides: it acts as zero on the indicator of every closed component, and its result has zero mean
-  /// there (`closed` must outlive the next apply). Without, it treats constants like any other vector.
+  /// Builds the levels; storage is reused from one setup to the next. With `closed`, the cycle is
+  /// projected on both sides: it acts as zero on the indicator of every closed component, and its
+  /// result has zero mean there (`closed` must outlive the next apply). Without, it treats
+  /// constants like any other vector.
   void setup(const PoissonOperator& op, const ClosedComponents* closed = nullptr);
 
   /// z = V r, written on op.blocks(), 0 there in cells without an unknown.

@@ -11,10 +11,11 @@
 namespace archetide {
 
 struct PcgOptions {
-  double tolerance = 1e-8;          // of |b - A x|_2 / |b|_2, 1e-14 .. 1e-2
-  double absolute = 0.0;            // |b - A x|_2 below which the solve ends whatever |b| is (round-off of b)
-  int max_iterations = 200;         // products with A, not counting those that check the residual
-  bool check_true_residual = true;  // recompute b - A x where the recursion says it is small, go on if it is not
+  double tolerance = 1e-8;  // of |b - A x|_2 / |b|_2, 1e-14 .. 1e-2
+  double absolute = 0.0;  // |b - A x|_2 below which the solve ends whatever |b| is (round-off of b)
+  int max_iterations = 200;  // products with A, not counting those that check the residual
+  bool check_true_residual =
+      true;  // recompute b - A x where the recursion says it is small, go on if it is not
 };
 
 /// The vectors of a solve, kept between solves.
@@ -44,6 +45,7 @@ class PcgRun {
     copy(blocks_, b_, w_.r.data());
     project(w_.r.data());
     norm_b_ = norm(blocks_, w_.r.data());
+    if (norm_b_ == 0.0) fill(blocks_, 0.0, x_);
     target_ = std::fmax(options_.tolerance * norm_b_, options_.absolute);
 
     // Each round starts from the true residual; a round that ends early was the recursion's error.
@@ -61,7 +63,8 @@ class PcgRun {
   }
 
  private:
-  // A round that does not reduce the true residual by at least this factor has met the limit of round-off.
+  // A round that does not reduce the true residual by at least this factor has met the limit of
+  // round-off.
   static constexpr double kStagnation = 0.9;
 
   const Blocks& pieces() const {
@@ -83,8 +86,8 @@ class PcgRun {
     return norm(blocks_, r);
   }
 
-  // Conjugate gradients until the recursion's |r| meets the target; returns that |r|. Flexible (Polak-Ribiere)
-  // beta: the fp32 cycle is symmetric only to its rounding.
+  // Conjugate gradients until the recursion's |r| meets the target; returns that |r|. Flexible
+  // (Polak-Ribiere) beta: the fp32 cycle is symmetric only to its rounding.
   double iterate(double residual) {
     double *r = w_.r.data(), *z = w_.z.data(), *p = w_.p.data(), *q = w_.q.data();
     m_.apply(r, z);
@@ -94,7 +97,8 @@ class PcgRun {
       a_.apply(p, q);
       ++report_.iterations;
       const double curvature = dot(blocks_, p, q);
-      if (!(rho > 0.0) || !(curvature > 0.0)) break;  // lost to rounding (or not definite): start anew
+      if (!(rho > 0.0) || !(curvature > 0.0))
+        break;  // lost to rounding (or not definite): start anew
       const double alpha = rho / curvature;
       residual = std::sqrt(step_and_dot(blocks_, alpha, p, q, x_, r));
       if (residual <= target_) break;
@@ -119,9 +123,9 @@ class PcgRun {
 
 }  // namespace detail
 
-/// Solves A x = b by preconditioned conjugate gradients in fp64, from the x given. When `a` has project(), b is
-/// taken by its part in the range of A, and x comes back without null-space part. The residual reported is
-/// recomputed at the end. Allocates only when the size changes.
+/// Solves A x = b by preconditioned conjugate gradients in fp64, from the x given. When `a` has
+/// project(), b is taken by its part in the range of A, and x comes back without null-space part.
+/// The residual reported is recomputed at the end. Allocates only when the size changes.
 template <LinearOperator Op, Preconditioner M>
 SolveReport pcg(const Op& a, M& m, const double* b, double* x, const PcgOptions& options,
                 PcgWorkspace& workspace) {

@@ -8,12 +8,13 @@
 
 namespace archetide {
 
-/// A PoissonMatrix prepared for many products: the same A, visited by row segments only. Vectors are only
-/// touched inside blocks() (per plane: first to last unknown); y is set to 0 on blocks' cells without an
-/// unknown, and x is not read there.
+/// A PoissonMatrix prepared for many products: the same A, visited by row segments only. Vectors
+/// are only touched inside blocks() (per plane: first to last unknown); y is set to 0 on blocks'
+/// cells without an unknown, and x is not read there.
 class PoissonOperator {
  public:
-  /// Keeps a pointer to `matrix`: it must outlive the operator and not change before the next setup.
+  /// Keeps a pointer to `matrix`: it must outlive the operator and not change before the next
+  /// setup.
   void setup(const PoissonMatrix& matrix);
 
   std::size_t size() const { return matrix_ ? matrix_->size() : 0; }

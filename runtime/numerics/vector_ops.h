@@ -5,22 +5,22 @@
 
 namespace archetide {
 
-/// Fixed contiguous pieces of a vector. Every operation below works piece by piece and adds sums in piece
-/// order, so a result does not depend on the number of threads.
+/// Fixed contiguous pieces of a vector. Every operation below works piece by piece and adds sums in
+/// piece order, so a result does not depend on the number of threads.
 struct Blocks {
   struct Range {
     std::size_t begin, end;
   };
-  std::vector<Range> ranges;  // ascending, disjoint
-  std::size_t entries = 0;    // sum of the lengths
+  static constexpr std::size_t kLength = 16384;  // longest piece
+  std::vector<Range> ranges;                     // ascending, disjoint
+  std::size_t entries = 0;                       // sum of the lengths
 
   void clear() { ranges.clear(), entries = 0; }
-  void add(std::size_t begin, std::size_t end) {
-    if (begin < end) ranges.push_back({begin, end}), entries += end - begin;
-  }
+  /// Appends [begin, end), cut to kLength.
+  void add(std::size_t begin, std::size_t end);
 };
 
-/// All n entries in pieces of 16384.
+/// All n entries.
 Blocks all_blocks(std::size_t n);
 
 /// sum a_i b_i   (2n reads)
@@ -37,6 +37,8 @@ void axpy(const Blocks& blocks, double s, const double* x, double* y);
 void xpay(const Blocks& blocks, const double* x, double s, double* y);
 /// y = x
 void copy(const Blocks& blocks, const double* x, double* y);
+/// y = value
+void fill(const Blocks& blocks, double value, double* y);
 /// y = b - y   (2n reads, n writes)
 void subtract_from(const Blocks& blocks, const double* b, double* y);
 

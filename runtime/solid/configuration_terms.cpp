@@ -84,8 +84,8 @@ VecX fictitious_force(const ReducedBody& body, const Configuration& at,
   }
 
   // torque of the same forces, Σ m y × a = w × Syy w − 2 (w tr C_u − C_uᵀ w), taken out by Bᵀ
-  const Vec3 torque = w.cross(terms.moments.Syy * w) -
-                      2.0 * (C_u.trace() * w - C_u.transpose() * w);
+  const Vec3 torque =
+      w.cross(terms.moments.Syy * w) - 2.0 * (C_u.trace() * w - C_u.transpose() * w);
   g.noalias() -= terms.spin_of_modes.transpose() * (R * torque);
   return g;
 }

@@ -3,7 +3,8 @@
 namespace archetide {
 namespace {
 
-/// dt/2 C + dt²/4 K (trapezoid, either stage), or h C + h² K with h the stage's length (backward Euler).
+/// dt/2 C + dt²/4 K (trapezoid, either stage), or h C + h² K with h the stage's length (backward
+/// Euler).
 MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep step) {
   const Archetype& a = *body.archetype;
   const bool trapezoid = step == ModalStep::kTrapezoid;

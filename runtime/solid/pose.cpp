@@ -4,8 +4,9 @@
 namespace archetide {
 namespace {
 
-/// Spin of the frame at the midpoint: ω = I⁻¹(L − D q̇) with I, D of (R_mid, q_mid) and R_mid = exp(dt/2 ω) R.
-/// A fixed point; at dt |ω| < 1 it contracts to round-off in about ten turns, each a few 3 x 3 products.
+/// Spin of the frame at the midpoint: ω = I⁻¹(L − D q̇) with I, D of (R_mid, q_mid) and R_mid =
+/// exp(dt/2 ω) R. A fixed point; at dt |ω| < 1 it contracts to round-off in about ten turns, each a
+/// few 3 x 3 products.
 Vec3 midpoint_spin(const ReducedBody& body, const Configuration& mid, const Vec3& L, double dt,
                    const Vec3& first_guess) {
   constexpr int kMaxTurns = 50;

@@ -9,7 +9,8 @@
 
 namespace archetide {
 
-/// How the modes are advanced: the trapezoidal rule (default) or backward Euler (the paper's Eq. 31).
+/// How the modes are advanced: the trapezoidal rule (default) or backward Euler (the paper's Eq.
+/// 31).
 enum class ModalStep { kTrapezoid, kBackwardEuler };
 /// M_q = B^T M B at the current q (default), or the paper's constant M_r.
 enum class ModalMass { kExact, kPaper };
@@ -18,19 +19,19 @@ struct ModalOptions {
   ModalMass mass = ModalMass::kExact;
 };
 
-/// One instance of an archetype: pose, momenta, modal state. r = 0 is a rigid body through the same code.
-/// World frame unless the name ends in _body.
+/// One instance of an archetype: pose, momenta, modal state. r = 0 is a rigid body through the same
+/// code. World frame unless the name ends in _body.
 struct ReducedBody {
   std::shared_ptr<const Archetype> archetype;
   double mass_scale = 1.0;  // density / archetype density; scales every mass, leaves K alone
   int r = 0;                // modes in use, at most archetype->r()
 
-  Vec3 position = Vec3::Zero();    // centre of mass t, m
+  Vec3 position = Vec3::Zero();      // centre of mass t, m
   Quat rotation = Quat::Identity();  // R, rest frame to world
-  Vec3 P = Vec3::Zero();           // linear momentum, kg m/s
-  Vec3 L = Vec3::Zero();           // angular momentum about the centre of mass, kg m^2/s
-  VecX q;                          // r, modal displacement, 1 (S has unit m)
-  VecX q_dot;                      // r, 1/s
+  Vec3 P = Vec3::Zero();             // linear momentum, kg m/s
+  Vec3 L = Vec3::Zero();             // angular momentum about the centre of mass, kg m^2/s
+  VecX q;                            // r, modal displacement, 1 (S has unit m)
+  VecX q_dot;                        // r, 1/s
 
   int dofs() const { return 6 + r; }
 };
@@ -40,7 +41,8 @@ struct Configuration {
   Quat rotation = Quat::Identity();
   VecX q;      // r
   VecX q_dot;  // r
-  Vec3 delta_L = Vec3::Zero();  // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
+  Vec3 delta_L =
+      Vec3::Zero();  // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
 };
 
 /// Where the body is now.
@@ -55,24 +57,26 @@ Moments deformed_moments(const ReducedBody& body, const VecX& q);
 
 /// Everything of one configuration that follows from the archetype's integrals, O(r^2).
 struct ConfigurationTerms {
-  Moments moments;          // body frame
-  double mass = 0.0;        // kg
-  Mat3 inertia;             // I(q), world, about the centre of mass, kg m^2
+  Moments moments;    // body frame
+  double mass = 0.0;  // kg
+  Mat3 inertia;       // I(q), world, about the centre of mass, kg m^2
   Mat3 inertia_inverse;
-  MatX D;                   // 3 x r, world: angular momentum of the modes, L_modes = D q_dot
-  MatX spin_of_modes;       // 3 x r: I^-1 D, the spin filtered out of each mode: B_i = R phi_i - (I^-1 D_i) x r
-  MatX M_q;                 // r x r: M_r - D^T I^-1 D (kExact) or M_r (kPaper), kg
+  MatX D;              // 3 x r, world: angular momentum of the modes, L_modes = D q_dot
+  MatX spin_of_modes;  // 3 x r: I^-1 D, the spin filtered out of each mode: B_i = R phi_i - (I^-1
+                       // D_i) x r
+  MatX M_q;            // r x r: M_r - D^T I^-1 D (kExact) or M_r (kPaper), kg
 };
-ConfigurationTerms configuration_terms(const ReducedBody& body, const Configuration& c, ModalMass mass);
+ConfigurationTerms configuration_terms(const ReducedBody& body, const Configuration& c,
+                                       ModalMass mass);
 
-/// H = diag(m 1, I, Mhat): the generalised mass that the coupled solve sees. The generalised velocity is
-/// y = (v, w, q_dot) with v = P/m and w = I^-1 L (the spin that carries all of L), 6 + r entries; a particle at
-/// moment arm x moves with v + w x x + B q_dot. M_hat = M_q + dt/2 C + dt^2/4 K (trapezoid) or
-/// M_q + dt C + dt^2 K (backward Euler).
+/// H = diag(m 1, I, Mhat): the generalised mass that the coupled solve sees. The generalised
+/// velocity is y = (v, w, q_dot) with v = P/m and w = I^-1 L (the spin that carries all of L), 6 +
+/// r entries; a particle at moment arm x moves with v + w x x + B q_dot. M_hat = M_q + dt/2 C +
+/// dt^2/4 K (trapezoid) or M_q + dt C + dt^2 K (backward Euler).
 struct GeneralisedMass {
   double mass = 0.0;
   Mat3 inertia, inertia_inverse;
-  MatX M_hat;                     // r x r
+  MatX M_hat;  // r x r
   Eigen::LDLT<MatX> M_hat_factor;
 
   int size() const { return 6 + static_cast<int>(M_hat.rows()); }
@@ -83,13 +87,13 @@ struct GeneralisedMass {
 /// y of the body's present momenta, (P/m, I^-1 L, q_dot), 6 + r.
 VecX generalised_velocity(const ReducedBody& body, const ConfigurationTerms& terms);
 
-/// Which of the two solves of Section 6 a step belongs to: the first advances velocities by dt/2 only to
-/// obtain the velocity that moves the positions, the second advances velocities by dt.
+/// Which of the two solves of Section 6 a step belongs to: the first advances velocities by dt/2
+/// only to obtain the velocity that moves the positions, the second advances velocities by dt.
 enum class Stage { kPositionHalf, kVelocityFull };
 
 /// H of a stage; dt = 0 gives the mass that an instantaneous impulse meets, M_hat = M_q.
-GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms, double dt,
-                                 Stage stage, ModalStep step);
+GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
+                                 double dt, Stage stage, ModalStep step);
 
 /// Uncoupled motion of a body over one stage: y* after explicit forces, and the mass that further
 /// impulses meet: y = y* + H^-1 f.
@@ -99,28 +103,30 @@ struct FreeMotion {
   VecX y_star;  // 6 + r
 };
 
-/// `at` is the configuration where inertia, filter and fictitious forces are evaluated: x^n for the first stage, the midpoint
-/// (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot; what
-/// advance_pose returns) for the second, which makes the whole second order. The elastic force starts from
-/// q^n = 2 at.q - body.q, right for both stages, whether the pose has advanced or not.
-/// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the stage.
-/// dt is the length of the whole step, s.
-FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force, double dt,
-                       Stage stage, const ModalOptions& options);
+/// `at` is the configuration where inertia, filter and fictitious forces are evaluated: x^n for the
+/// first stage, the midpoint (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot; what
+/// advance_pose returns) for the second, which makes the whole second order. The elastic force
+/// starts from q^n = 2 at.q - body.q, right for both stages, whether the pose has advanced or not.
+/// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the
+/// stage. dt is the length of the whole step, s.
+FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
+                       double dt, Stage stage, const ModalOptions& options);
 
-/// Fictitious force on the modes, r: B^T( -m (w x (w x y) + 2 w x S q_dot) ) with w the frame's spin
-/// I^-1 (L - D q_dot); formulation section 1. The Euler term is removed exactly by B.
-VecX fictitious_force(const ReducedBody& body, const Configuration& at, const ConfigurationTerms& terms);
+/// Fictitious force on the modes, r: B^T( -m (w x (w x y) + 2 w x S q_dot) ) with w the frame's
+/// spin I^-1 (L - D q_dot); formulation section 1. The Euler term is removed exactly by B.
+VecX fictitious_force(const ReducedBody& body, const Configuration& at,
+                      const ConfigurationTerms& terms);
 
 /// Spin of the rigid frame, w = I^-1 (L - D q_dot), rad/s.
 Vec3 frame_spin(const ConfigurationTerms& terms, const Vec3& L, const VecX& q_dot);
 
-/// Moves the pose with y of the position stage: t += dt v, R <- exp(dt w_frame) R with w_frame = w - I^-1 D q_dot
-/// evaluated at the midpoint (fixed point iteration on the half-step rotation), q += dt q_dot. Returns the midpoint
-/// configuration for the velocity stage.
+/// Moves the pose with y of the position stage: t += dt v, R <- exp(dt w_frame) R with w_frame = w
+/// - I^-1 D q_dot evaluated at the midpoint (fixed point iteration on the half-step rotation), q +=
+/// dt q_dot. Returns the midpoint configuration for the velocity stage.
 Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
 
-/// Takes y of the velocity stage into P, L, q_dot. P and L change by exactly dt force + impulse, not through H.
+/// Takes y of the velocity stage into P, L, q_dot. P and L change by exactly dt force + impulse,
+/// not through H.
 void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L);
 
 /// Kinetic energy of particles (all modes exact, whatever `ModalMass`) and elastic energy, J.

@@ -15,8 +15,8 @@ inline ReducedBody make_body(std::shared_ptr<const Archetype> archetype, int r) 
 
 /// One whole step of a body that meets nothing but a constant generalised force (6 + r).
 inline void dry_step(ReducedBody& body, const VecX& force, double dt, const ModalOptions& options) {
-  const FreeMotion half = free_motion(body, current_configuration(body), force, dt,
-                                      Stage::kPositionHalf, options);
+  const FreeMotion half =
+      free_motion(body, current_configuration(body), force, dt, Stage::kPositionHalf, options);
   const Configuration mid = advance_pose(body, half, half.y_star, dt);
   const FreeMotion full = free_motion(body, mid, force, dt, Stage::kVelocityFull, options);
   accept_velocity(body, full.y_star, dt * force.head<3>(), dt * force.segment<3>(3));

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Lattice of `cells` hexahedra cut in six tets each around the main diagonal; `node` maps lattice points to nodes.
+/// Lattice of `cells` hexahedra cut in six tets each around the main diagonal; `node` maps lattice
+/// points to nodes.
 template <class NodeOf>
 void cut_cells(TetMesh& mesh, const Vec3i& cells, NodeOf&& node) {
   constexpr std::array<std::array<int, 3>, 6> kPaths = {

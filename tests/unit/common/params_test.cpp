@@ -88,7 +88,7 @@ TEST(Params, GivesTypedValuesAndDefaults) {
   EXPECT_TRUE(bodies[1].is_string("modes"));
   EXPECT_EQ(bodies[1].vec3("position"), Vec3(4, 5, 6.5));
   EXPECT_EQ(bodies[1].shown("modes"), "body[1].modes");
-  EXPECT_EQ(bodies[1].location("modes").line, 13);
+  EXPECT_EQ(bodies[1].location("modes").line, 14);
 }
 
 TEST(Params, AbsentSectionsAreSeenAsAbsent) {
@@ -220,6 +220,21 @@ TEST(Overrides, AreValidatedLikeTheFile) {
   expect_contains(complaints(text, {"body[x].modes=1"}), "cannot read the path");
   expect_contains(complaints(text, {"=1"}), "cannot read the path");
   expect_contains(complaints(text, {"schema.x=1"}), "no table");
+}
+
+TEST(Overrides, TextOfWhatRanReadsBackToTheSame) {
+  const std::string text = file_with(
+      "name = \"a \\\" \\n \\\\ b\"\nframes = [\"bodies.vtp\"]",
+      "[[body]]\nposition = [0.1, 1e-300, 3]\nmodes = 5\n[[body]]\nposition = [1, 1, 1]\n");
+  EXPECT_EQ(parse(text).text(), text);
+  const std::vector<std::string> overrides = {"body.modes=2", "material.density=0.1"};
+  const Document first = parse(text, overrides);
+  const Document second = parse(first.text());
+  EXPECT_EQ(to_toml(parse_param_text(second.text(), "f")), first.text());
+  EXPECT_EQ(second.root().string("name"), "a \" \n \\ b");
+  EXPECT_EQ(second.root().number("material.density"), 0.1);
+  EXPECT_EQ(second.root().sections("body")[0].vec3("position"), Vec3(0.1, 1e-300, 3));
+  EXPECT_EQ(second.root().sections("body")[1].integer("modes"), 2);
 }
 
 TEST(Parser, SyntaxErrorsHaveAPlace) {

@@ -38,11 +38,10 @@ TEST(Extrapolation, ReproducesConstantsExactlyAndStopsAfterTheLayers) {
     for (int a = 0; a < 3; ++a)
       for (std::size_t n = 0; n < b.u[a].size(); ++n) {
         ASSERT_LE(b.valid[a][n], layers + 1);
-        if (before[a][n]) ASSERT_EQ(b.valid[a][n], 1);
-        if (b.valid[a][n] > 1) ++reached;
+        ASSERT_EQ(b.valid[a][n] == 1, before[a][n] == 1);
+        reached += b.valid[a][n] > 1;
         // The mean of six equal numbers rounds by at most 3 units in the last place per layer.
-        if (b.valid[a][n]) ASSERT_NEAR(b.u[a][n], constant[a], 4e-15);
-        if (!b.valid[a][n]) ASSERT_EQ(b.u[a][n], 0.0);
+        ASSERT_NEAR(b.u[a][n], b.valid[a][n] ? constant[a] : 0.0, b.valid[a][n] ? 4e-15 : 0.0);
       }
     EXPECT_EQ(reached > 0, layers > 0);
   }
@@ -105,11 +104,12 @@ TEST(Extrapolation, PlaneSurfaceGoesOnIntoABodyAsTheSamePlane) {
         for (int i = 0; i < 24; ++i)
           if (test::sphere(g.cell_centre(i, j, k), Vec3(0.61, 0.58, 0.6), 0.19) < 0)
             solid(i, j, k) = 1, phi(i, j, k) = 9.0;
-    extend_level_set(g, phi, solid, 4);
+    extend_level_set(g, phi, solid, 4, 1e9);
     double error = 0.0;
     for (int k = 0; k < 24; ++k)
       for (int j = 0; j < 24; ++j)
-        for (int i = 0; i < 24; ++i) error = std::max(error, std::abs(phi(i, j, k) - plane(g.cell_centre(i, j, k))));
+        for (int i = 0; i < 24; ++i)
+          error = std::max(error, std::abs(phi(i, j, k) - plane(g.cell_centre(i, j, k))));
     EXPECT_LT(error, 1e-13);  // round-off of 4 layers; measured 1e-15
   }
 }

@@ -56,6 +56,8 @@ void with_threads(int threads, const F& f) {
 }
 
 /// Signed distance to a sphere.
-inline double sphere(const Vec3& x, const Vec3& centre, double radius) { return (x - centre).norm() - radius; }
+inline double sphere(const Vec3& x, const Vec3& centre, double radius) {
+  return (x - centre).norm() - radius;
+}
 
 }  // namespace archetide::test

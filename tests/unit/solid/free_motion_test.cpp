@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Spins at about 2 rad/s around no principal axis while modes of 10 rad/s and up vibrate by some per cent.
+/// Spins at about 2 rad/s around no principal axis while modes of 10 rad/s and up vibrate by some
+/// per cent.
 ReducedBody spinning_body(const SyntheticBody& synthetic, double amplitude) {
   const int r = synthetic.archetype->r();
   ReducedBody body = make_body(synthetic.archetype, r);
@@ -52,7 +53,8 @@ double energy_error(ReducedBody body, double duration, double dt, const ModalOpt
 TEST(FreeMotion, EnergyErrorFallsWithTheStepForTheExactModalMassOnly) {
   const SyntheticBody synthetic = random_archetype(11, 5);
   const ReducedBody body = spinning_body(synthetic, 0.25);
-  std::printf("deformation %.3f\n      dt     exact mass   order   paper's mass\n", deformation(body));
+  std::printf("deformation %.3f\n      dt     exact mass   order   paper's mass\n",
+              deformation(body));
   double previous = 0.0, exact = 0.0, paper = 0.0;
   for (int halving = 0; halving <= 3; ++halving) {
     const double dt = 0.004 / (1 << halving);
@@ -60,7 +62,9 @@ TEST(FreeMotion, EnergyErrorFallsWithTheStepForTheExactModalMassOnly) {
     paper = energy_error(body, 2.0, dt, {ModalStep::kTrapezoid, ModalMass::kPaper});
     const double order = halving > 0 ? std::log2(previous / exact) : NAN;
     std::printf("%9.6f  %11.3e  %6.2f  %11.3e\n", dt, exact, order, paper);
-    if (halving > 0) EXPECT_GE(order, 1.8);
+    if (halving > 0) {
+      EXPECT_GE(order, 1.8);
+    }
     previous = exact;
   }
   // what is left of the paper's mass is the model's error, O(q²), not the step's
@@ -107,12 +111,15 @@ TEST_P(Vacuum, TorusKeepsItsMomentaAndBoundsItsEnergy) {
   std::printf("deformation %.3f, energy in [%.4f, %.4f] of the start\n", deformation(body),
               lowest / start, highest / start);
   EXPECT_LE(highest, 1.02 * start);
-  if (GetParam() == ModalStep::kTrapezoid) EXPECT_GE(lowest, 0.98 * start);
+  if (GetParam() == ModalStep::kTrapezoid) {
+    EXPECT_GE(lowest, 0.98 * start);
+  }
 }
 INSTANTIATE_TEST_SUITE_P(BothSteps, Vacuum,
                          ::testing::Values(ModalStep::kTrapezoid, ModalStep::kBackwardEuler));
 
-// Torque-free I = diag(1, 2, 3), ω(0) = (1e-3, 1, 1e-3): body-frame spin at t = 20 from an accurate integrator.
+// Torque-free I = diag(1, 2, 3), ω(0) = (1e-3, 1, 1e-3): body-frame spin at t = 20 from an accurate
+// integrator.
 TEST(FreeMotion, TumblingRigidBodyConvergesToTheReferenceSpin) {
   auto archetype = std::make_shared<Archetype>();
   archetype->integrals.mass = 1.0;
@@ -133,7 +140,8 @@ TEST(FreeMotion, TumblingRigidBodyConvergesToTheReferenceSpin) {
   EXPECT_GE(std::log2(coarse / fine), 1.9);
 }
 
-/// One mode at rest around it: the two eigenvalues of the step's 2 x 2 matrix are amplitude and angle.
+/// One mode at rest around it: the two eigenvalues of the step's 2 x 2 matrix are amplitude and
+/// angle.
 struct Vibration {
   double amplitude_per_period, frequency_ratio;
 };
@@ -165,15 +173,15 @@ TEST(Vibration, TrapezoidKeepsTheAmplitudeAndHasItsClosedFormFrequency) {
   EXPECT_NEAR(measured_vibration(0.5, ModalStep::kTrapezoid).frequency_ratio, 0.9799146525, 1e-9);
 }
 
-// Section 6 moves q by the half-step velocity, so its two backward Euler stages are, with x = ω dt, v = q̇/ω:
+// Section 6 moves q by the half-step velocity, so its two backward Euler stages are, with x = ω dt,
+// v = q̇/ω:
 //   q' = ((1 − x²/4) q + x v) / (1 + x²/4),   v' = (v − x q) / (1 + x²)
-// of determinant (1 + 3x²/4) / ((1 + x²/4)(1 + x²)): half the damping of backward Euler in both variables
-// (0.855 of the amplitude per period at x = 0.1, against 0.732).
+// of determinant (1 + 3x²/4) / ((1 + x²/4)(1 + x²)): half the damping of backward Euler in both
+// variables (0.855 of the amplitude per period at x = 0.1, against 0.732).
 TEST(Vibration, TwoStageBackwardEulerHasItsClosedFormDamping) {
   for (double x : {0.01, 0.1, 0.5}) {
     const double trace = (1 - x * x / 4) / (1 + x * x / 4) + 1 / (1 + x * x);
-    const double modulus =
-        std::sqrt((1 + 0.75 * x * x) / ((1 + x * x / 4) * (1 + x * x)));
+    const double modulus = std::sqrt((1 + 0.75 * x * x) / ((1 + x * x / 4) * (1 + x * x)));
     const double angle = std::acos(0.5 * trace / modulus);
     const Vibration v = measured_vibration(x, ModalStep::kBackwardEuler);
     EXPECT_NEAR(v.amplitude_per_period, std::pow(modulus, 2 * kPi / angle), 1e-11 / x);
@@ -215,7 +223,8 @@ TEST(FreeMotion, StiffBodyMovesAsTheRigidOne) {
   dry_steps(stiff, 500, 0.01, ModalOptions{});
   dry_steps(rigid, 500, 0.01, ModalOptions{});
   EXPECT_LE((stiff.position - rigid.position).norm(), 1e-12);
-  // displacement is of order (spin/ω)² = 4e-12, and so is the change of the path; measured below 1e-9
+  // displacement is of order (spin/ω)² = 4e-12, and so is the change of the path; measured below
+  // 1e-9
   EXPECT_LE(stiff.rotation.angularDistance(rigid.rotation), 1e-8);
   EXPECT_LE(stiff.q.norm(), 1e-9);
 }
@@ -225,7 +234,8 @@ TEST(FreeMotion, MassScaleIsTheSameAsAHeavierMaterial) {
   light.r = heavy.r = 3;
   light.alpha = heavy.alpha = 0.2;
   heavy.density = 2.5 * light.density;
-  // modes are normalised to 1 kg: the heavier material has φ / √2.5 and, at equal stiffness, ω² / 2.5
+  // modes are normalised to 1 kg: the heavier material has φ / √2.5 and, at equal stiffness, ω²
+  // / 2.5
   heavy.first_omega = light.first_omega / std::sqrt(2.5);
   const TetMesh tets = blob_tets(4, Vec3(0.5, 0.4, 0.3), Vec3i(3, 2, 2));
   const SyntheticBody a = deformable_archetype(tets, light), b = deformable_archetype(tets, heavy);

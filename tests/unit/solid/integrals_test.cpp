@@ -12,10 +12,10 @@ namespace {
 
 /// Dense objects of one configuration over the n nodes, world frame.
 struct Dense {
-  MatX M;     // 3n x 3n
-  MatX J;     // 3n x 6, J_rigid
-  MatX RS;    // 3n x r
-  MatX B;     // 3n x r, P_dᵀ R S
+  MatX M;   // 3n x 3n
+  MatX J;   // 3n x 6, J_rigid
+  MatX RS;  // 3n x r
+  MatX B;   // 3n x r, P_dᵀ R S
   MatX M_rigid;
 };
 
@@ -32,7 +32,8 @@ Dense dense(const SyntheticBody& synthetic, const ReducedBody& body) {
   const Mat3 R = body.rotation.toRotationMatrix();
   const MatX S = synthetic.archetype->node_modes.leftCols(body.r);
   const VecX u = S * body.q;
-  Dense d{body.mass_scale * expand(synthetic.scalar_mass), MatX(3 * n, 6), MatX(3 * n, body.r), {}, {}};
+  Dense d{
+      body.mass_scale * expand(synthetic.scalar_mass), MatX(3 * n, 6), MatX(3 * n, body.r), {}, {}};
   for (long v = 0; v < n; ++v) {
     const Vec3 arm = R * (synthetic.nodes()[v] + u.segment<3>(3 * v));
     d.J.middleRows<3>(3 * v) << Mat3::Identity(), -skew(arm);
@@ -89,8 +90,7 @@ TEST_P(Integrals, GiveTheFictitiousForceOfTheParticles) {
   // frame spin from the dense momentum map: M_rigid (v, ω) = (P, L) − Jᵀ M R S q̇
   VecX momentum(6);
   momentum << body.P, body.L;
-  const VecX frame =
-      d.M_rigid.ldlt().solve(momentum - d.J.transpose() * d.M * d.RS * body.q_dot);
+  const VecX frame = d.M_rigid.ldlt().solve(momentum - d.J.transpose() * d.M * d.RS * body.q_dot);
   expect_close(frame_spin(t, body.L, body.q_dot), frame.tail<3>());
 
   const Vec3 w = frame.tail<3>();
@@ -134,16 +134,14 @@ TEST_P(Integrals, ImpulsesMeetTheImpulseFactorOfThePaper) {
   const MatX P_rigid = d.M * d.J * d.M_rigid.ldlt().solve(d.J.transpose());
   const MatX P_d = MatX::Identity(d.M.rows(), d.M.rows()) - P_rigid;
   MatX K_lambda = P_rigid.transpose() * d.M.ldlt().solve(P_rigid);
-  if (body.r > 0)
-    K_lambda += P_d.transpose() * d.RS * H.M_hat.ldlt().solve(d.RS.transpose() * P_d);
+  if (body.r > 0) K_lambda += P_d.transpose() * d.RS * H.M_hat.ldlt().solve(d.RS.transpose() * P_d);
 
   const std::vector<int>& node = synthetic.archetype->surface_to_node;
   for (int a : {0, 7, 20})
     for (int b : {3, 7}) {
       const MatX J_a = point_jacobian(body, t, a), J_b = point_jacobian(body, t, b);
       MatX response(J_a.cols(), 3);
-      for (int axis = 0; axis < 3; ++axis)
-        response.col(axis) = H.solve(J_b.row(axis).transpose());
+      for (int axis = 0; axis < 3; ++axis) response.col(axis) = H.solve(J_b.row(axis).transpose());
       expect_close(J_a * response, K_lambda.block<3, 3>(3 * node[a], 3 * node[b]));
     }
 }

@@ -1,0 +1,198 @@
+# Surface mesh + recipe -> archetype -> run -> pictures and film. `make -f pipeline.mk help` lists the targets.
+#
+# An artist drops ASSETS/bodies/NAME.body.toml (and its mesh) and ASSETS/scenes/NAME.scene.toml: wildcards find them.
+# Another makefile may set ASSETS and OUT, then include this file; nothing here depends on the current folder.
+
+ARCHETIDE_SELF := $(lastword $(MAKEFILE_LIST))
+ARCHETIDE_ROOT := $(patsubst ./%,%,$(dir $(ARCHETIDE_SELF)))
+
+ASSETS ?= $(ARCHETIDE_ROOT)assets
+OUT ?= $(ARCHETIDE_ROOT)out
+# Extra key=value words for the runs: SETS for all of them, SETS_tub for the scene tub.
+SETS ?=
+# Compile jobs, and threads of a run (empty: all cores, shared among the jobs of `make -j`).
+JOBS ?= 2
+THREADS ?=
+# Warnings are errors; OFF for other compilers than Debian bookworm's.
+WERROR ?= ON
+ARCHETYPES ?= $(OUT)/archetypes
+BUILD ?= $(ARCHETIDE_ROOT)build
+
+ARCHETIDE_BODIES := $(patsubst $(ASSETS)/bodies/%.body.toml,%,$(wildcard $(ASSETS)/bodies/*.body.toml))
+ARCHETIDE_SCENES := $(patsubst $(ASSETS)/scenes/%.scene.toml,%,$(wildcard $(ASSETS)/scenes/*.scene.toml))
+ARCHETIDE_PRECOMPUTE := $(BUILD)/bin/archetide-precompute
+ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
+ARCHETIDE_STATE := $(OUT)/.state
+ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
+
+.PHONY: pipeline deps build check demo bodies runs report list check-scenes new-body clean help FORCE
+pipeline: bodies runs
+FORCE:
+
+# ---- Programs -------------------------------------------------------------------------------------------------------
+
+ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev libcgal-dev libgmsh-dev \
+  libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libembree-dev libtomlplusplus-dev \
+  libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
+
+# Installs the Debian packages that are missing; asks nothing and touches nothing when all are there.
+deps:
+	@command -v dpkg-query >/dev/null || { echo "deps: this is not Debian; install by hand:" \
+	  "$(ARCHETIDE_PACKAGES)" >&2; exit 1; }; \
+	missing=""; for p in $(ARCHETIDE_PACKAGES); do \
+	  dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q ' installed$$' || missing="$$missing $$p"; done; \
+	[ -n "$$missing" ] || exit 0; \
+	echo "deps: installing$$missing"; \
+	if [ "$$(id -u)" = 0 ]; then root="env"; \
+	elif command -v sudo >/dev/null; then root="sudo env"; \
+	else echo "deps: run as root: apt-get install$$missing" >&2; exit 1; fi; \
+	$$root DEBIAN_FRONTEND=noninteractive apt-get -q update && \
+	$$root DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends $$missing
+
+define archetide_compile
+@mkdir -p $(BUILD); generator=; \
+[ -f $(BUILD)/CMakeCache.txt ] || ! command -v ninja >/dev/null || generator=-GNinja; \
+cmake -S $(or $(ARCHETIDE_ROOT),.) -B $(BUILD) $$generator -DARCHETIDE_WERROR=$(WERROR) >$(BUILD)/configure.log 2>&1 \
+  || { cat $(BUILD)/configure.log >&2; exit 1; }
+cmake --build $(BUILD) --parallel $(JOBS) $(if $(1),--target $(1))
+endef
+
+build: deps
+	$(call archetide_compile,archetide-precompute archetide-sim)
+
+check: deps
+	$(call archetide_compile)
+	ctest --test-dir $(BUILD) -L fast --output-on-failure -j$(JOBS)
+
+# Archetypes and runs need the programs to exist; they do not grow stale because a program is newer.
+$(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
+	+$(ARCHETIDE_MAKE) build
+
+# ---- Archetypes -----------------------------------------------------------------------------------------------------
+
+bodies: $(ARCHETIDE_BODIES:%=$(ARCHETYPES)/%.h5)
+
+# Written aside and renamed by the program: a body that fails keeps its old archetype.
+$(ARCHETYPES)/%.h5: $(ASSETS)/bodies/%.body.toml | $(ARCHETIDE_PRECOMPUTE)
+	@mkdir -p $(@D)
+	$(ARCHETIDE_PRECOMPUTE) build $< -o $@ --depfile $@.d -t 1
+
+-include $(wildcard $(ARCHETYPES)/*.h5.d)
+
+# ---- Runs -----------------------------------------------------------------------------------------------------------
+
+ARCHETIDE_DONE := $(ARCHETIDE_SCENES:%=$(OUT)/runs/%/done.stamp)
+runs: $(ARCHETIDE_DONE)
+
+.PHONY: $(ARCHETIDE_SCENES:%=run/%) $(ARCHETIDE_SCENES:%=film/%)
+$(ARCHETIDE_SCENES:%=run/%): run/%: $(OUT)/runs/%/done.stamp
+
+archetide_words = $(SETS) $(SETS_$(1))
+archetide_set = $(foreach word,$(call archetide_words,$(1)), --set '$(word)')
+# Threads of one run: all cores, divided by the jobs of `make -jN`.
+archetide_threads = $(or $(THREADS),$(shell n=$(or $(patsubst -j%,%,$(filter -j%,$(MAKEFLAGS))),1); \
+  c=$$(nproc); echo $$(( n < c ? c / n : 1 ))))
+
+$(ARCHETIDE_DONE): $(OUT)/runs/%/done.stamp: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
+	@mkdir -p $(@D) $(ARCHETIDE_STATE)
+	$(ARCHETIDE_SIM) run $< -o $(@D) --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
+	@echo '$(strip $(call archetide_words,$*))' >$(ARCHETIDE_STATE)/$*.sets
+
+# A run that was made with other key=value words than those given now is stale (none given: any will do).
+archetide_other_words = $(if $(strip $(call archetide_words,$(1))),$(shell \
+  [ "$$(cat $(ARCHETIDE_STATE)/$(1).sets 2>/dev/null)" = '$(strip $(call archetide_words,$(1)))' ] || echo $(1)))
+ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_words,$(scene)))
+$(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
+
+# What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
+ARCHETIDE_GOALS := $(filter-out deps build check demo bodies list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
+$(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
+	@mkdir -p $(@D)
+	@$(ARCHETIDE_SIM) deps $< -o $@ --archetypes $(ARCHETYPES) $(OUT)/runs/$*/done.stamp
+-include $(ARCHETIDE_SCENES:%=$(ARCHETIDE_STATE)/%.d)
+else
+-include $(wildcard $(ARCHETIDE_SCENES:%=$(ARCHETIDE_STATE)/%.d))
+endif
+
+# A file that a fragment names and that is gone is the program's to complain about, not make's.
+$(ASSETS)/%: ;
+.PRECIOUS: $(ASSETS)/%
+
+# ---- Pictures and report --------------------------------------------------------------------------------------------
+
+$(ARCHETIDE_SCENES:%=film/%): film/%: $(ARCHETIDE_STATE)/%.film
+
+$(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
+	@mkdir -p $(@D)
+	$(ARCHETIDE_SIM) render $(OUT)/runs/$*
+	@touch $@
+
+# Of every run that is there; runs nothing.
+report: | $(ARCHETIDE_SIM)
+	$(ARCHETIDE_SIM) report $(patsubst %/done.stamp,%,$(wildcard $(OUT)/runs/*/done.stamp)) -o $(OUT)/report.html
+
+# Validates every scene, runs those that are stale; a run that misses its [expect] fails.
+check-scenes: | $(ARCHETIDE_SIM) bodies
+	@for scene in $(ARCHETIDE_SCENES); do \
+	  $(ARCHETIDE_SIM) check $(ASSETS)/scenes/$$scene.scene.toml --archetypes $(ARCHETYPES) || exit $$?; done
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' SETS='$(SETS)' runs
+
+# The first thing to try: two of the paper's scenes, coarse, with films and a report, in OUT/demo.
+ARCHETIDE_DEMO = $(ARCHETIDE_MAKE) OUT='$(OUT)/demo' \
+  SETS_tub='fluid.grid=[48,48,48] fluid.cell=1/48 fluid.particles.per_cell=16' \
+  SETS_buoyancy='fluid.grid=[100,20,55] fluid.cell=0.05 fluid.particles.per_cell=16'
+demo: build
+	+$(ARCHETIDE_DEMO) film/tub
+	+$(ARCHETIDE_DEMO) film/buoyancy
+	+$(ARCHETIDE_DEMO) report
+	@echo "demo: open $(OUT)/demo/report.html and $(OUT)/demo/runs/tub/film.mp4"
+
+# ---- Housekeeping ---------------------------------------------------------------------------------------------------
+
+# `make -q` tells stale from built.
+archetide_status = if [ ! -e $(1) ]; then echo missing; \
+  elif $(ARCHETIDE_MAKE) OUT='$(OUT)' list -q ARCHETIDE_ASK=$(1) >/dev/null 2>&1; then echo built; else echo stale; fi
+ifdef ARCHETIDE_ASK
+list: $(ARCHETIDE_ASK)
+else
+list:
+	@for n in $(ARCHETIDE_BODIES); do \
+	  printf 'body   %-20s %s\n' $$n "$$($(call archetide_status,$(ARCHETYPES)/$$n.h5))"; done
+	@for n in $(ARCHETIDE_SCENES); do \
+	  printf 'scene  %-20s %s\n' $$n "$$($(call archetide_status,$(OUT)/runs/$$n/done.stamp))"; done
+endif
+
+# make -f pipeline.mk new-body M=path/duck.obj [NAME=duck]
+new-body: NAME ?= $(basename $(notdir $(M)))
+new-body:
+	@[ -n '$(M)' ] || { echo "new-body: say which mesh: new-body M=duck.obj" >&2; exit 2; }
+	@[ -f '$(M)' ] || { echo "new-body: $(M): no such file" >&2; exit 2; }
+	@mkdir -p $(ASSETS)/bodies
+	@recipe='$(ASSETS)/bodies/$(NAME).body.toml'; copy='$(ASSETS)/bodies/$(notdir $(M))'; \
+	[ ! -e "$$recipe" ] || { echo "new-body: $$recipe is there already" >&2; exit 2; }; \
+	[ '$(M)' -ef "$$copy" ] || [ ! -e "$$copy" ] || { echo "new-body: $$copy is another mesh" >&2; exit 2; }; \
+	[ '$(M)' -ef "$$copy" ] || cp '$(M)' "$$copy"; \
+	printf '%s\n' \
+	  '# What it is. Every key: archetide-precompute schema' \
+	  'schema = 1' \
+	  'mesh = "$(notdir $(M))"' \
+	  'scale = 1.0                       # mesh units to metres' \
+	  'tet = { mesher = "cgal", target = 10_000 }' \
+	  'material = { density = 500.0, young = 5e4, poisson = 0.4 }' \
+	  'damping = { alpha = 0.0, beta = 0.005 }' \
+	  'modes = { count = 10 }' >"$$recipe"; \
+	echo "new-body: wrote $$recipe; edit it, then: make -f $(ARCHETIDE_SELF) bodies"
+
+# Programs and the demo. Archetypes and runs cost time: delete OUT by hand.
+clean:
+	rm -rf $(BUILD) $(OUT)/demo
+
+help:
+	@echo 'make -f $(ARCHETIDE_SELF) [-jN] [TARGET...] [ASSETS=dir] [OUT=dir] [SETS="key=value ..."] [THREADS=n]'
+	@echo '  (none)       all archetypes, then all runs        demo         install, build, run and film two coarse scenes'
+	@echo '  bodies       all archetypes                       check        install, build, run every fast test'
+	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
+	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
+	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
+	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

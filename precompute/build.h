@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include "common/archetype.h"
+#include "common/profile.h"
+#include "precompute/intake.h"
+#include "precompute/log.h"
+#include "precompute/recipe.h"
+
+namespace archetide {
+
+/// The tets of a body and what was done to get them.
+struct BodyMesh {
+  TetMesh tets;  // in metres, coordinates of the input mesh times scale
+  TetQuality quality;
+  std::string mesher;   // cgal | gmsh | input
+  IntakeReport intake;  // empty when the input is a tet mesh
+};
+
+/// Recipe -> tets: reads the mesh, accepts or refuses it, fills it, applies the quality gate.
+/// Phases read, intake and mesh go to `profile`.
+BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile);
+
+/// Recipe -> archetype: the whole of the precompute except writing the file.
+Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile);
+
+/// Seconds by phase and their sum, in one line.
+std::string phase_table(const Profile& profile);
+
+/// A make fragment: `target` depends on the body file and its mesh.
+void write_depfile(const std::string& path, const std::string& target, const Recipe& recipe);
+
+}  // namespace archetide

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "common/archetype.h"
+#include "precompute/build.h"
+
+namespace archetide {
+
+/// What `info` prints: for people, or as JSON with the keys volume, mass, center, inertia,
+/// frequencies_hz, residuals, quality, hash, bytes and provenance. `file_bytes`: size of the
+/// archetype's file.
+std::string info_text(const Archetype& a, std::size_t file_bytes);
+std::string info_json(const Archetype& a, std::size_t file_bytes);
+
+/// What `check` prints about a mesh.
+std::string mesh_text(const Recipe& recipe, const BodyMesh& body);
+
+/// Longest side of the bounding box at rest, m.
+double longest_side(const Archetype& a);
+
+/// Writes the tets as a VTK XML file for ParaView. mode 0: the rest shape with every mode as a
+/// vector field; mode 1..r: the shape displaced by that mode, the farthest node by `amplitude` (m),
+/// with the displacement as a field. Throws InputError when there is no such mode, MachineError.
+void write_vtu(const std::string& path, const Archetype& a, int mode, double amplitude);
+
+}  // namespace archetide

@@ -1,0 +1,203 @@
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <new>
+
+#include "common/archetype.h"
+#include "common/atomic_file.h"
+#include "common/check.h"
+#include "common/input_error.h"
+#include "precompute/build.h"
+#include "precompute/inspect.h"
+
+namespace archetide {
+namespace {
+
+struct CommandLine {
+  std::string input, output, depfile, log_file;
+  int threads = 1;
+  int mode = 0;
+  double amplitude = -1.0;  // m; negative: a tenth of the body's size
+  bool verbose = false, quiet = false, json = false, markdown = false;
+};
+
+constexpr char kExitCodes[] =
+    "\nExit codes:\n"
+    "  0 done   1 our bug   2 your input (command line, body file, mesh)   3 the numbers (quality, "
+    "residual)\n"
+    "  4 a file is missing, damaged or of another version   5 the machine (disk, memory)\n";
+
+constexpr char kExamples[] =
+    "\nExamples:\n"
+    "  archetide-precompute build assets/bodies/torus.body.toml -o build/bodies/torus.h5\n"
+    "  archetide-precompute info build/bodies/torus.h5 --json\n";
+
+// ---- verbs --------------------------------------------------------------------------------------
+
+void build(const CommandLine& c, Log& log) {
+  const Recipe recipe = read_recipe(c.input);
+  { const AtomicFile writable(c.output); }  // complain before the work, not after it
+  Profile profile;
+  const Archetype a = build_archetype(recipe, log, profile);
+  {
+    const ScopedTimer timer(profile, "write");
+    write_archetype(c.output, a);
+    if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
+  }
+  log.say(phase_table(profile));
+}
+
+void check(const CommandLine& c, Log& log) {
+  Profile profile;
+  const Recipe recipe = read_recipe(c.input);
+  std::cout << mesh_text(recipe, mesh_body(recipe, log, profile));
+  log.detail(phase_table(profile));
+}
+
+void info(const CommandLine& c, Log&) {
+  const Archetype a = read_archetype(c.input);
+  const std::size_t bytes = std::filesystem::file_size(c.input);
+  std::cout << (c.json ? info_json(a, bytes) : info_text(a, bytes));
+}
+
+void export_tets(const CommandLine& c, Log& log) {
+  const Archetype a = read_archetype(c.input);
+  write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
+  log.say(c.output + ": " + std::to_string(a.tets.tets.size()) + " tets");
+}
+
+void print_schema(const CommandLine& c, Log&) {
+  const Schema& schema = body_schema();
+  std::cout << (c.json ? schema.json() : c.markdown ? schema.markdown() : schema.text());
+}
+
+// ---- command line -------------------------------------------------------------------------------
+
+using Verb = void (*)(const CommandLine&, Log&);
+
+void add_common_options(CLI::App& app, CommandLine& c) {
+  app.add_option("-t,--threads", c.threads, "threads; more do not help below a million tets")
+      ->envname("ARCHETIDE_THREADS")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_flag("-v,--verbose", c.verbose, "say more");
+  app.add_flag("-q,--quiet", c.quiet, "say nothing but warnings and errors");
+  app.add_option("--log", c.log_file, "also write the log to this file");
+  app.footer(std::string(kExamples) + kExitCodes);
+}
+
+CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& purpose, Verb verb,
+                   CommandLine& c, Verb& chosen) {
+  CLI::App& sub = *app.add_subcommand(name, purpose);
+  sub.callback([&chosen, verb] { chosen = verb; });
+  add_common_options(sub, c);
+  return sub;
+}
+
+void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
+  CLI::App& build_verb =
+      add_verb(app, "build", "Compute an archetype: surface -> tets -> mass, stiffness -> modes",
+               build, c, chosen);
+  build_verb.add_option("body", c.input, "body file, NAME.body.toml")->required();
+  build_verb.add_option("-o,--output", c.output, "archetype to write, OUT.h5")->required();
+  build_verb.add_option("--depfile", c.depfile,
+                        "also write a make fragment: OUT.h5 and what it depends on");
+
+  CLI::App& check_verb =
+      add_verb(app, "check", "Read and validate a body file, mesh it and report; no modes", check,
+               c, chosen);
+  check_verb.add_option("body", c.input, "body file, NAME.body.toml")->required();
+
+  CLI::App& info_verb = add_verb(app, "info", "Print what an archetype holds", info, c, chosen);
+  info_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();
+  info_verb.add_flag("--json", c.json, "as JSON");
+
+  CLI::App& export_verb = add_verb(app, "export", "Write the tets of an archetype for ParaView",
+                                   export_tets, c, chosen);
+  export_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();
+  export_verb.add_option("-o,--output", c.output, "file to write, F.vtu")->required();
+  export_verb
+      .add_option("--mode", c.mode,
+                  "displace by this mode, counted from 1 (0: rest shape, modes as fields)")
+      ->capture_default_str();
+  export_verb
+      .add_option("--amplitude", c.amplitude,
+                  "largest displacement, m (default: a tenth of the longest side)")
+      ->check(CLI::NonNegativeNumber);
+
+  CLI::App& schema_verb =
+      add_verb(app, "schema", "List every key of a body file", print_schema, c, chosen);
+  CLI::Option* json = schema_verb.add_flag("--json", c.json, "as JSON");
+  schema_verb.add_flag("--md", c.markdown, "as Markdown")->excludes(json);
+}
+
+/// The option or verb that a mistyped word may mean, as a hint; "" when none is near.
+std::string suggestion(const CLI::App& app, int argc, char** argv) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App& level = chosen.empty() ? app : *chosen.front();
+  std::vector<std::string> known;
+  for (const CLI::App* sub : level.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(sub->get_name());
+  for (const CLI::Option* option : level.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    if (chosen.empty() != (word[0] == '-')) {
+      const std::string match = closest_match(word, known);
+      if (!match.empty()) return "did you mean '" + match + "'?";
+    }
+  }
+  return "see archetide-precompute --help";
+}
+
+int run(int argc, char** argv, Log& log) {
+  CommandLine c;
+  Verb chosen = nullptr;
+  CLI::App app(
+      "archetide-precompute: from a surface mesh and a body file to a body archetype (HDF5)");
+  app.set_version_flag("--version", "archetide-precompute " ARCHETIDE_VERSION);
+  app.require_subcommand(1);
+  add_common_options(app, c);
+  add_verbs(app, c, chosen);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // help, version
+    throw InputError(error.what(), suggestion(app, argc, argv));
+  }
+  using Level = Log::Level;
+  log.set_level(c.quiet ? Level::kQuiet : c.verbose ? Level::kVerbose : Level::kNormal);
+  if (!c.log_file.empty()) log.also_to(c.log_file);
+  omp_set_num_threads(c.threads);
+  chosen(c, log);
+  if (!std::cout.flush()) throw MachineError("standard output cannot be written");
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace archetide
+
+int main(int argc, char** argv) {
+  using namespace archetide;
+  Log log;
+  try {
+    return run(argc, argv, log);
+  } catch (const InputError& error) {
+    log.error(error.what());
+    return error.exit_code;
+  } catch (const Error& error) {
+    log.error(std::string("error: ") + error.what());
+    return error.exit_code;
+  } catch (const std::bad_alloc&) {
+    log.error("error: out of memory; ask for fewer tets (tet.target) or modes");
+    return kExitMachine;
+  } catch (const std::exception& error) {
+    log.error(std::string("error: this is a bug of archetide-precompute: ") + error.what());
+    return kExitBug;
+  }
+}

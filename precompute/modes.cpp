@@ -1,0 +1,213 @@
+#include "precompute/modes.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "common/check.h"
+#include "common/input_error.h"
+#include "precompute/eigen_solver.h"
+#include "precompute/momentum_integrals.h"
+#include "precompute/ordering.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kExtraModes = 3;  // computed beyond the count, to see whether a cluster is cut
+constexpr double kClusterGap =
+    1e-2;  // omega gap of a cluster: mesh anisotropy splits multiplets by less
+constexpr double kLooseParts = 1e-8;   // lowest omega2 of one connected body, in E / (rho L^2)
+constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of the lowest omega2
+constexpr double kOrthonormality = 1e-10;
+constexpr double kRigidContent = 1e-12;
+constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an inertia count is trusted
+
+template <class... Parts>
+std::string join(const Parts&... parts) {
+  std::ostringstream text;
+  (text << ... << parts);
+  return text.str();
+}
+
+double bounding_diagonal(const std::vector<Vec3>& nodes) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : nodes) box.extend(x);
+  return box.diagonal().norm();
+}
+
+/// The six rigid motions of the rest shape, M-orthonormal, 3n x 6: translations, then rotations
+/// about the principal axes.
+MatX rigid_vectors(const std::vector<Vec3>& nodes, const SparseMatrix& mass) {
+  const MomentumIntegrals rest = momentum_integrals(nodes, mass, MatX(3 * nodes.size(), 0));
+  const Mat3 inertia = rest.Sxx.trace() * Mat3::Identity() - rest.Sxx;
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(inertia);
+  MatX rigid(3 * nodes.size(), 6);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 axis = principal.eigenvectors().col(k);
+      rigid.block<3, 1>(3 * i, k) = Vec3::Unit(k) / std::sqrt(rest.mass);
+      rigid.block<3, 1>(3 * i, 3 + k) =
+          axis.cross(nodes[i]) / std::sqrt(principal.eigenvalues()[k]);
+    }
+  // Take the last round-off out of their orthonormality.
+  const MatX gram = rigid.transpose() * apply_mass(mass, rigid);
+  return gram.llt().matrixL().solve(rigid.transpose()).transpose();
+}
+
+/// phi -= R R^T M phi, twice for round-off.
+void remove_rigid(const MatX& rigid, const MatX& weighted_rigid, MatX& modes) {
+  for (int pass = 0; pass < 2; ++pass) modes -= rigid * (weighted_rigid.transpose() * modes);
+}
+
+void canonicalise_signs(MatX& modes) {
+  for (Eigen::Index k = 0; k < modes.cols(); ++k) {
+    Eigen::Index at = 0;
+    modes.col(k).cwiseAbs().maxCoeff(&at);
+    if (modes(at, k) < 0.0) modes.col(k) *= -1.0;
+  }
+}
+
+void require_solvable(const TetMesh& mesh, const ModesOptions& options) {
+  const int free = 3 * int(mesh.nodes.size()) - 6, needed = 2 * (options.count + kExtraModes) + 1;
+  if (needed > free)
+    throw InputError(join("modes.count = ", options.count, " is too much for a tet mesh of ",
+                          mesh.nodes.size(), " nodes"),
+                     join("ask for at most ", std::max(0, (free - 1) / 2 - kExtraModes),
+                          " modes, or raise tet.target"));
+}
+
+/// Refuses loose parts and hinges: one connected body has no zero-energy motion besides the rigid
+/// ones.
+void require_one_body(const VecX& omega2, double scale, double rigid_energy) {
+  const Eigen::Index zeros = (omega2.array() < kLooseParts * scale).count();
+  if (zeros > 0)
+    throw NumericsError(
+        join("rigid check: ", zeros, zeros == omega2.size() ? " or more" : "",
+             " motions without energy besides the six rigid ones (omega^2 down to ", omega2[0],
+             " 1/s^2): the body has loose parts or parts that share "
+             "only an edge or a corner\n  join the parts, or make one body of each"));
+  if (!(rigid_energy < kRigidEnergy * omega2[0]))
+    throw NumericsError(join("rigid check: rigid motions have the energy ", rigid_energy,
+                             " 1/s^2, against ", omega2[0], " 1/s^2 of the lowest mode (limit ",
+                             kRigidEnergy, ")\n  a far too slender body or badly shaped tets"));
+}
+
+/// |K phi - omega^2 M phi| / |K phi| of each column.
+VecX residuals(const SparseMatrix& K, const SparseMatrix& mass, const VecX& omega2,
+               const MatX& modes) {
+  const MatX forces = K * modes;
+  const MatX misfit = forces - apply_mass(mass, modes) * omega2.asDiagonal();
+  return (misfit.colwise().norm().array() / forces.colwise().norm().array()).transpose();
+}
+
+void require_accuracy(const ModesResult& result, double limit) {
+  for (Eigen::Index k = 0; k < result.residuals.size(); ++k)
+    if (!(result.residuals[k] <= limit))
+      throw NumericsError(join("residual check: mode ", k + 1,
+                               " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
+                               ", more than modes.residual = ", limit));
+  if (!(result.orthonormality <= kOrthonormality))
+    throw NumericsError(join("orthonormality check: |Phi^T M Phi - 1| = ", result.orthonormality,
+                             ", more than ", kOrthonormality));
+  if (!(result.rigid_content <= kRigidContent))
+    throw NumericsError(join("momentum check: a mode carries the relative momentum ",
+                             result.rigid_content, ", more than ", kRigidContent));
+}
+
+/// Counts eigenvalues below a shift in the widest gap at or above the last kept mode. `all`:
+/// ascending, the kept modes and the extra ones.
+void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vector<int>& ordering,
+                 const VecX& all, int kept, ModesResult& result) {
+  int below = kept;  // modes of `all` below the shift
+  for (int k = kept; k < all.size(); ++k)
+    if (all[k] / all[k - 1] > all[below] / all[below - 1]) below = k;
+  if (all[below] < (1.0 + kSturmGap) * all[below - 1])
+    throw NumericsError(
+        join("Sturm check: modes ", kept, " to ", all.size(),
+             " are equal to round-off, nothing separates them\n  change modes.count"));
+  result.sturm_shift = 0.5 * (all[below - 1] + all[below]);
+  result.sturm_count = count_eigenvalues_below(K, mass, result.sturm_shift, ordering);
+  if (result.sturm_count != 6 + below)
+    throw NumericsError(join("Sturm check: ", result.sturm_count, " eigenvalues below ",
+                             result.sturm_shift, " 1/s^2, but 6 rigid and ", below,
+                             " elastic ones were found: the eigensolver missed some"));
+}
+
+/// What the runtime reads of the modes.
+void reduce(const TetMesh& mesh, const SparseMatrix& K, const SparseMatrix& mass,
+            ModesResult& result) {
+  const MatX& modes = result.node_modes;
+  result.M_r = modes.transpose() * apply_mass(mass, modes);
+  result.K_r = modes.transpose() * (K * modes);
+  result.integrals = momentum_integrals(mesh.nodes, mass, modes);
+}
+
+void require_centred(const std::vector<Vec3>& nodes, const SparseMatrix& mass) {
+  const VecX share = mass * VecX::Ones(mass.cols());
+  Vec3 moment = Vec3::Zero();
+  for (std::size_t i = 0; i < nodes.size(); ++i) moment += share[Eigen::Index(i)] * nodes[i];
+  ARCHETIDE_CHECK_OP(moment.norm(), <=, 1e-10 * share.sum() * bounding_diagonal(nodes));
+}
+
+}  // namespace
+
+ModesResult compute_modes(const TetMesh& mesh, const Material& material,
+                          const ModesOptions& options, Profile& profile) {
+  ModesResult result;
+  const BlasInfo blas = prepare_blas();
+  result.blas = blas.name;
+  result.slow_blas = blas.slow;
+
+  std::optional<ScopedTimer> timer(std::in_place, profile, "assemble");
+  const SparseMatrix mass = mass_matrix(mesh, material.density, options.mass);
+  require_centred(mesh.nodes, mass);
+  if (options.count == 0) {
+    result.node_modes.resize(3 * Eigen::Index(mesh.nodes.size()), 0);
+    result.integrals = momentum_integrals(mesh.nodes, mass, result.node_modes);
+    return result;
+  }
+  require_solvable(mesh, options);
+  const SparseMatrix K = stiffness_matrix(mesh, material);
+  const MatX rigid = rigid_vectors(mesh.nodes, mass);
+
+  timer.emplace(profile, "order");
+  const std::vector<int> ordering = nested_dissection(K);
+  timer.reset();
+
+  // E / (rho L^2), the scale of omega^2.
+  const double scale =
+      material.young / material.density / std::pow(bounding_diagonal(mesh.nodes), 2);
+  EigenOptions eigen;
+  eigen.count = options.count + kExtraModes;
+  eigen.sigma = -options.shift_scale * scale;
+  EigenResult found = lowest_eigenpairs(K, mass, rigid, ordering, eigen, profile);
+  result.operator_calls = found.operator_calls;
+  result.rigid_energy = (rigid.transpose() * (K * rigid)).cwiseAbs().maxCoeff();
+  require_one_body(found.values, scale, result.rigid_energy);
+
+  // Keep the count asked for, free of momentum.
+  timer.emplace(profile, "integrals");
+  const MatX weighted_rigid = apply_mass(mass, rigid);
+  result.omega2 = found.values.head(options.count);
+  result.node_modes = found.vectors.leftCols(options.count);
+  remove_rigid(rigid, weighted_rigid, result.node_modes);
+  canonicalise_signs(result.node_modes);
+  result.rigid_content = (weighted_rigid.transpose() * result.node_modes).cwiseAbs().maxCoeff();
+  result.residuals = residuals(K, mass, result.omega2, result.node_modes);
+  reduce(mesh, K, mass, result);
+  result.orthonormality =
+      (result.M_r - MatX::Identity(options.count, options.count)).cwiseAbs().maxCoeff();
+  require_accuracy(result, options.residual);
+
+  // What was left out.
+  result.next_omega2 = found.values[options.count];
+  result.cluster_gap = std::sqrt(result.next_omega2 / result.omega2[options.count - 1]) - 1.0;
+  result.cluster_cut = result.cluster_gap < kClusterGap;
+  timer.emplace(profile, "sturm");
+  if (options.sturm_check) sturm_check(K, mass, ordering, found.values, options.count, result);
+  return result;
+}
+
+}  // namespace archetide

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "common/schema.h"
+#include "precompute/elasticity.h"
+#include "precompute/modes.h"
+#include "precompute/tetrahedralize.h"
+
+namespace archetide {
+
+/// A body file (NAME.body.toml), typed and checked. SI units.
+struct Recipe {
+  std::string path;       // of the body file
+  std::string text;       // all of it, for the archetype's provenance
+  std::string name;       // NAME
+  std::string mesh;       // as written
+  std::string mesh_path;  // relative to where the program runs
+  SourceLocation mesh_where;
+  double scale = 1.0;         // file coordinates to m
+  TetrahedralizeOptions tet;  // for surfaces
+  Material material;
+  double alpha = 0.0, beta = 0.0;  // Rayleigh damping, 1/s and s
+  ModesOptions modes;
+};
+
+/// Every key of a body file: type, unit, range, default, meaning.
+const Schema& body_schema();
+
+/// Throws FileError when the file cannot be read, InputError with all that is wrong in it.
+Recipe read_recipe(const std::string& path);
+
+}  // namespace archetide

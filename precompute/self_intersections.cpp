@@ -1,0 +1,33 @@
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "common/check.h"
+#include "precompute/intake.h"
+
+namespace archetide {
+
+std::vector<std::pair<int, int>> self_intersections(const TriMesh& mesh) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+  Mesh surface;
+  for (const Vec3& x : mesh.vertices) surface.add_vertex(Kernel::Point_3(x[0], x[1], x[2]));
+  for (const Vec3i& t : mesh.triangles) {
+    using Vertex = Mesh::Vertex_index;
+    const auto face = surface.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2]));
+    ARCHETIDE_CHECK(face != Mesh::null_face());
+  }
+  std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> found;
+  CGAL::Polygon_mesh_processing::self_intersections(surface, std::back_inserter(found));
+  std::vector<std::pair<int, int>> pairs;
+  for (const auto& [s, t] : found) {
+    pairs.push_back(std::minmax(static_cast<int>(s), static_cast<int>(t)));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace archetide

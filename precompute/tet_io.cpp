@@ -1,0 +1,116 @@
+#include "precompute/tet_io.h"
+
+#include <gmsh.h>
+
+#include <filesystem>
+#include <unordered_map>
+
+#include "common/input_error.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kLinearTet = 4;  // gmsh's number of the element type
+
+/// Gmsh is a global machine: on for the time of one reading.
+class GmshSession {
+ public:
+  GmshSession() {
+    gmsh::initialize(0, nullptr, false);
+    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::option::setNumber("General.NumThreads", 1);
+  }
+  ~GmshSession() { gmsh::finalize(); }
+  GmshSession(const GmshSession&) = delete;
+  GmshSession& operator=(const GmshSession&) = delete;
+};
+
+InputError refusal(const std::string& path, const std::string& what, const std::string& hint = "") {
+  return InputError({Diagnostic{{path, 0, 0}, what, hint}});
+}
+
+void open_file(const std::string& path) {
+  std::error_code problem;
+  if (!std::filesystem::is_regular_file(path, problem))
+    throw FileError(path + ": no such mesh file");
+  std::string reason = "gmsh cannot read it";
+  try {
+    gmsh::open(path);
+    return;
+  } catch (const std::exception& error) {
+    reason += std::string(": ") + error.what();
+  } catch (...) {
+  }
+  throw refusal(path, reason);
+}
+
+/// The tags of the corners of all tets, four by four.
+std::vector<std::size_t> corner_tags(const std::string& path) {
+  std::vector<int> types;
+  gmsh::model::mesh::getElementTypes(types, 3);
+  for (const int type : types) {
+    if (type == kLinearTet) continue;
+    std::string name;
+    int dim = 0, order = 0, nodes = 0, primary = 0;
+    std::vector<double> local;
+    gmsh::model::mesh::getElementProperties(type, name, dim, order, nodes, local, primary);
+    throw refusal(path, "elements of type " + name + " are not supported",
+                  "export linear tetrahedra");
+  }
+  if (types.empty()) {
+    throw refusal(path, "no tetrahedra in this file",
+                  "save the volume mesh, or give a surface file");
+  }
+  std::vector<std::size_t> elements, corners;
+  gmsh::model::mesh::getElementsByType(kLinearTet, elements, corners);
+  return corners;
+}
+
+void orient_positively(TetMesh& mesh) {
+  for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
+    if (tet_volume(mesh, t) < 0) std::swap(mesh.tets[t][2], mesh.tets[t][3]);
+  }
+}
+
+}  // namespace
+
+bool is_tet_file(const std::string& path) {
+  return path.ends_with(".msh") || path.ends_with(".mesh");
+}
+
+TetMesh read_tets(const std::string& path, double scale) {
+  const GmshSession session;
+  open_file(path);
+  const std::vector<std::size_t> corners = corner_tags(path);
+  std::vector<std::size_t> tags;
+  std::vector<double> coordinates, parametric;
+  gmsh::model::mesh::getNodes(tags, coordinates, parametric);
+
+  // Nodes keep the order of the file; those without a tet are left out.
+  std::unordered_map<std::size_t, int> number;
+  for (const std::size_t tag : corners) number[tag] = -1;
+  TetMesh mesh;
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const auto found = number.find(tags[i]);
+    if (found == number.end() || found->second >= 0) continue;
+    found->second = static_cast<int>(mesh.nodes.size());
+    mesh.nodes.push_back(scale *
+                         Vec3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]));
+    if (!mesh.nodes.back().allFinite()) {
+      throw refusal(path,
+                    "node " + std::to_string(tags[i]) + " has a coordinate that is not a number");
+    }
+  }
+  for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
+    mesh.tets.push_back({number[corners[i]], number[corners[i + 1]], number[corners[i + 2]],
+                         number[corners[i + 3]]});
+    for (const int node : mesh.tets.back()) {
+      if (node < 0)
+        throw refusal(path, "tet " + std::to_string(i / 4 + 1) + " names a node that is not there");
+    }
+  }
+  orient_positively(mesh);
+  return mesh;
+}
+
+}  // namespace archetide

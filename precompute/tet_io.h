@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "common/tet_mesh.h"
+
+namespace archetide {
+
+/// True for .msh and .mesh, by the file name's extension.
+bool is_tet_file(const std::string& path);
+
+/// Linear tets of a Gmsh (.msh, any version) or Medit (.mesh) file, multiplied by `scale`;
+/// positively oriented, without unused nodes. Throws FileError when it is missing, InputError when
+/// it holds no tets or others than linear ones.
+TetMesh read_tets(const std::string& path, double scale);
+
+}  // namespace archetide

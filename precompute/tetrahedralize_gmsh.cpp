@@ -1,0 +1,92 @@
+#include <gmsh.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "common/input_error.h"
+#include "precompute/meshers.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kTriangle = 2, kTet = 4;  // gmsh element types
+constexpr int kHxt = 10;  // Mesh.Algorithm3D; Debian's Frontal fails, its Delaunay is slower
+
+/// A silent gmsh on one thread (two are not reproducible) that always ends.
+struct GmshSession {
+  GmshSession() {
+    gmsh::initialize(0, nullptr, false);
+    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::option::setNumber("General.NumThreads", 1);
+    gmsh::option::setNumber("Mesh.Algorithm3D", kHxt);
+    gmsh::option::setNumber("Mesh.Optimize", 1);
+    gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.35);
+  }
+  ~GmshSession() { gmsh::finalize(); }
+};
+
+/// The surface as discrete entity 1, and the volume 1 that it bounds.
+void add_surface(const TriMesh& surface) {
+  gmsh::model::add("body");
+  gmsh::model::addDiscreteEntity(2, 1);
+  std::vector<std::size_t> tags, corners;
+  std::vector<double> coordinates;
+  for (const Vec3& x : surface.vertices) {
+    tags.push_back(tags.size() + 1);
+    coordinates.insert(coordinates.end(), {x[0], x[1], x[2]});
+  }
+  for (const Vec3i& t : surface.triangles)
+    for (int k = 0; k < 3; ++k) corners.push_back(std::size_t(t[k]) + 1);
+  gmsh::model::mesh::addNodes(2, 1, tags, coordinates);
+  gmsh::model::mesh::addElementsByType(1, kTriangle, {}, corners);
+  gmsh::model::geo::addSurfaceLoop({1}, 1);
+  gmsh::model::geo::addVolume({1}, 1);
+  gmsh::model::geo::synchronize();
+}
+
+/// Nodes in the order in which the tets mention them.
+TetMesh read_tets() {
+  std::vector<std::size_t> node_tags, tet_tags, corners;
+  std::vector<double> coordinates, parameters;
+  gmsh::model::mesh::getNodes(node_tags, coordinates, parameters);
+  gmsh::model::mesh::getElementsByType(kTet, tet_tags, corners);
+  std::size_t largest = 0;
+  for (std::size_t tag : node_tags) largest = std::max(largest, tag);
+  std::vector<std::size_t> place(largest + 1);
+  for (std::size_t i = 0; i < node_tags.size(); ++i) place[node_tags[i]] = i;
+
+  TetMesh mesh;
+  std::vector<int> index(largest + 1, -1);
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    int& node = index[corners[c]];
+    if (node < 0) {
+      node = int(mesh.nodes.size());
+      mesh.nodes.emplace_back(&coordinates[3 * place[corners[c]]]);
+    }
+    if (c % 4 == 0) mesh.tets.emplace_back();
+    mesh.tets.back()[c % 4] = node;
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
+  try {
+    const GmshSession session;
+    std::srand(request.seed);  // some of its algorithms draw from the C generator
+    gmsh::option::setNumber("Mesh.RandomSeed", request.seed);
+    gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 0);
+    gmsh::option::setNumber("Mesh.MeshSizeMin", request.size);
+    gmsh::option::setNumber("Mesh.MeshSizeMax", request.size);
+    add_surface(surface);
+    gmsh::model::mesh::generate(3);
+    return read_tets();
+  } catch (const std::string& message) {
+    throw NumericsError("gmsh could not fill the surface: " + message +
+                        "\n  try mesher = \"cgal\"");
+  }
+}
+
+}  // namespace archetide

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/tri_mesh.h"
+#include "runtime/contact/wall_contact.h"
+#include "runtime/coupling/coupled_solve.h"
+#include "runtime/coupling/voxel_faces.h"
+
+namespace archetide {
+
+enum class Geometry { kCutCell, kVoxel };  // area fractions of the deformed surface, or the paper's voxel faces
+
+struct CouplingOptions {
+  Grid grid;
+  bool has_water = false;
+  Sides open_side{};
+  Hydrostatics hydrostatics;
+  Geometry geometry = Geometry::kCutCell;
+  ModalOptions modal;
+  CoupledSolveOptions solve;
+};
+
+/// One body entering a coupled solve of one stage.
+struct StageBody {
+  const ReducedBody* body = nullptr;
+  Configuration at;                      // where inertia and fictitious forces are read
+  std::vector<Vec3> mid_points;          // surface at mid-time; empty: as it stands
+  std::vector<ContactPoint> resting;     // points held by a wall
+};
+
+/// What the solve did to a body. P and L of the body change by delta_P and delta_L.
+struct StageResult {
+  FreeMotion motion;
+  VecX y;                                       // 6 + r, velocity after the stage
+  Vec3 delta_P = Vec3::Zero(), delta_L = Vec3::Zero();   // N s, N m s
+  VecX water_impulse;                           // 6 + r, of that what the water gave
+};
+
+/// "couple" of the method: geometry of this configuration (fractions, F, H) -> right-hand side -> PCG on
+/// A = G^T w b^-1 G + F H^-1 F^T -> velocities of water and bodies. What a scene lacks is an empty set.
+class Coupling {
+ public:
+  Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles);
+
+  /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u* in, u out.
+  SolveReport couple(Stage stage, double dt, const FreeSurface& surface, const std::vector<StageBody>& bodies,
+                     MacField& u, std::vector<StageResult>& results);
+
+  /// Fractions of this configuration; `couple` does it itself.
+  void update_geometry(const std::vector<StageBody>& bodies);
+
+  /// Of the last solve: faces whose velocity was solved for, open fractions of faces, solid fraction of cells.
+  FaceField<unsigned char>& valid() { return valid_; }
+  const FaceField<unsigned char>& valid() const { return valid_; }
+  const FaceField<double>& open() const { return open_; }
+  const SolidFractions& solids() const { return solids_; }
+  const PressureSystem& system() const { return system_; }
+  /// phi = dt p' / (rho dx) less its surface mean, of the last solve of a stage, m/s.
+  const Array3<double>& last_pressure(Stage stage) const { return pressure_[stage == Stage::kVelocityFull]; }
+  double last_divergence() const { return divergence_; }  // 1/s
+  std::size_t bytes() const;
+
+ private:
+  void fill_open_fractions();
+
+  CouplingOptions options_;
+  SolidFractions obstacles_, solids_;
+  FaceField<double> open_;
+  FaceField<unsigned char> valid_;
+  std::vector<BodySurface> surfaces_;
+  std::vector<BodyFlux> fluxes_;       // cut cells
+  std::vector<VoxelBody> voxels_;      // voxel
+  PressureSystem system_;
+  CoupledSolver solver_;
+  Array3<double> pressure_[2];         // first guess of each stage
+  double divergence_ = 0.0;
+};
+
+}  // namespace archetide

@@ -1,0 +1,431 @@
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+
+#include "common/atomic_file.h"
+#include "common/cli.h"
+#include "runtime/output/csv.h"
+#include "runtime/output/render.h"
+#include "runtime/output/report.h"
+#include "runtime/output/run_writer.h"
+#include "runtime/scene/expectations.h"
+#include "runtime/scene/initial_water.h"
+#include "runtime/scene/parse_scene.h"
+#include "runtime/scene/run_loop.h"
+#include "runtime/scene/scene_builder.h"
+#include "runtime/scene/scene_schema.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Everything that the command line can say, verb by verb.
+struct Arguments {
+  CommonOptions common;
+  std::string command_line;
+  // run, check, deps
+  std::string scene, archetypes, out, target;
+  std::vector<std::string> overrides;
+  std::string resume = "auto";
+  std::optional<double> until;
+  std::optional<int> frames;
+  bool replace = false;
+  // render, report, diff
+  std::string directory, other_directory, frame_range, size = "1280x720";
+  std::vector<std::string> directories;
+  bool no_film = false;
+  double tolerance = 0.0;
+  // schema
+  bool json = false, markdown = false;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+extern "C" void on_interrupt(int) { interrupted = 1; }
+
+SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrides); }
+
+// --- run ---
+
+// A folder is written to when it is new, empty, or a run that may be replaced.
+void claim_run_folder(const Arguments& a) {
+  if (a.resume != "auto" && a.resume != "never") {
+    throw InputError("not in this version: resume from a frame (--resume " + a.resume + ")",
+                     "start again with --resume never --replace");
+  }
+  const fs::path folder(a.out);
+  if (!fs::exists(folder)) return;
+  if (!fs::is_directory(folder)) throw InputError(a.out + " is not a folder", "choose another -o DIR");
+  if (fs::is_empty(folder)) return;
+  if (!fs::exists(folder / "manifest.json")) {
+    throw InputError(a.out + " holds files that are no run of this program", "choose another -o DIR");
+  }
+  if (!a.replace) {
+    const bool resume = a.resume == "auto" && !fs::exists(folder / "done.stamp");
+    throw InputError(resume ? "not in this version: resume of the unfinished run in " + a.out
+                            : a.out + " holds a run already",
+                     "use --replace to run again in its place");
+  }
+  for (const char* name : {"done.stamp", "scene.toml", "run.log", "stats.csv", "bodies.csv", "frames",
+                           "pictures", "failure", "checkpoint", "film.mp4", "report.html",
+                           "manifest.json"}) {
+    fs::remove_all(folder / name);
+  }
+}
+
+RunSetup run_setup(const SceneSpec& scene, const RunPlan& plan, const Arguments& a,
+                   const std::vector<std::string>& body_names) {
+  RunSetup setup;
+  setup.directory = a.out;
+  setup.scene_name = scene.name;
+  setup.scene_text = scene.text;
+  setup.command_line = a.command_line;
+  setup.end_time = plan.end_time;
+  setup.fps = scene.fps;
+  setup.frames = scene.frames;
+  setup.body_names = body_names;
+  setup.threads = omp_get_max_threads();
+  setup.quiet = a.common.quiet;
+  return setup;
+}
+
+RunPlan run_plan(const SceneSpec& scene, const Arguments& a) {
+  RunPlan plan{scene.end_time, scene.fps, a.until, scene.volume_drift_limit};
+  if (a.frames) plan.end_time = std::min(plan.end_time, *a.frames / scene.fps);
+  return plan;
+}
+
+// Logs what [expect] found; false when something is missed.
+bool judge(const Expectations& expectations, RunWriter& writer) {
+  bool good = true;
+  for (const ExpectationResult& result : expectations.evaluate()) {
+    writer.log(result.text);
+    good = good && result.pass;
+  }
+  return good;
+}
+
+int finish_broken_run(const NumericsError& error, const Simulation& simulation, const Arguments& a,
+                      RunWriter& writer) {
+  writer.finish(kExitNumerics, error.what(), simulation);
+  fs::create_directories(fs::path(a.out) / "failure");
+  write_file_atomically(a.out + "/failure/diagnosis.txt",
+                        std::string(error.what()) + "\nreplay: " + a.command_line + "\n");
+  log_error(std::string("error: ") + error.what());
+  return kExitNumerics;
+}
+
+int finish_run(RunEnd end, bool whole, const Expectations& expectations, const Simulation& simulation,
+               RunWriter& writer) {
+  if (end == RunEnd::kStopped) {
+    writer.finish(kExitStopped, interrupted ? "interrupted" : "stopped by --until", simulation);
+    return kExitStopped;
+  }
+  const bool good = !whole || judge(expectations, writer);
+  writer.finish(good ? kExitDone : kExitNumerics, good ? "" : "an expectation is missed", simulation);
+  if (!good) log_error("error: the run missed what [expect] asks for");
+  return good ? kExitDone : kExitNumerics;
+}
+
+int run(const Arguments& a) {
+  const SceneSpec scene = read_scene(a);
+  ArchetypeLibrary library(scene.directory, a.archetypes);
+  BuiltScene built = build_scene(scene, library);
+  const std::vector<std::string> body_names = built.body_names;
+  const RunPlan plan = run_plan(scene, a);
+  claim_run_folder(a);
+
+  Simulation simulation = make_simulation(std::move(built), scene);
+  RunWriter writer(run_setup(scene, plan, a, body_names), simulation);
+  Expectations expectations(scene.expect, plan.end_time);
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  RunEvents events;
+  events.on_step = [&](const StepReport& report) {
+    writer.on_step(report, simulation);
+    expectations.observe(report, simulation.bodies());
+  };
+  events.on_frame = [&] { writer.on_frame(simulation); };
+  events.stop_requested = [] { return interrupted != 0; };
+  try {
+    const RunEnd end = run_frames(simulation, plan, events);
+    return finish_run(end, plan.end_time == scene.end_time, expectations, simulation, writer);
+  } catch (const NumericsError& error) {
+    return finish_broken_run(error, simulation, a, writer);
+  }
+}
+
+// --- check, deps ---
+
+int check(const Arguments& a) {
+  const SceneSpec scene = read_scene(a);
+  ArchetypeLibrary library(scene.directory, a.archetypes);
+  const BuiltScene built = build_scene(scene, library);
+  const SimulationOptions& o = built.options;
+  const MemoryEstimate memory = estimate_memory(o, built.bodies);
+  const auto line = [](const std::string& name, const auto& value) {
+    std::cout << std::left << std::setw(14) << name << value << '\n';
+  };
+  const auto megabytes = [](double bytes) { return std::to_string(std::lround(bytes / 1e6)) + " MB"; };
+  line("scene", scene.name + " (" + scene.file + ")");
+  line("time", std::to_string(scene.end_time) + " s, " +
+                   std::to_string(std::lround(scene.end_time * scene.fps)) + " frames");
+  line("cells", std::to_string(o.grid.cells()) + " (" + std::to_string(o.grid.nx) + " x " +
+                    std::to_string(o.grid.ny) + " x " + std::to_string(o.grid.nz) + ")");
+  line("water", !o.has_water           ? "none"
+                : scene.fluid->water.full ? "the tank is full, no free surface"
+                                          : "free surface");
+  line("particles", o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" : "none");
+  line("geometry", o.geometry == Geometry::kCutCell ? "cut-cell" : "voxel");
+  line("scheme", o.scheme == Scheme::kNewmark ? "newmark (two solves)" : "single");
+  line("bodies", built.bodies.size());
+  for (std::size_t b = 0; b < built.bodies.size(); ++b) {
+    const ReducedBody& body = built.bodies[b];
+    log_detail("  body " + std::to_string(b) + " " + built.body_names[b] + ": " +
+               std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
+               std::to_string(body.r) + " modes");
+  }
+  line("obstacles", built.obstacles.size());
+  line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
+                     megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) + ")");
+  return kExitDone;
+}
+
+int deps(const Arguments& a) {
+  const SceneSpec scene = read_scene(a);
+  const ArchetypeLibrary library(scene.directory, a.archetypes);
+  write_file_atomically(a.out, make_fragment(a.target, scene_dependencies(scene, library)));
+  return kExitDone;
+}
+
+// --- render, report ---
+
+// "a:b", "a:", ":b" or "a".
+void parse_frame_range(const std::string& text, RenderOptions& options) {
+  const std::size_t colon = text.find(':');
+  const std::string first = text.substr(0, colon);
+  const std::string last = colon == std::string::npos ? first : text.substr(colon + 1);
+  const auto number = [&](const std::string& part, int fallback) {
+    if (part.empty()) return fallback;
+    if (part.size() > 8 || part.find_first_not_of("0123456789") != std::string::npos) {
+      throw InputError("--frames " + text + " is no range of frames", "expected a:b, for example 0:48");
+    }
+    return std::stoi(part);
+  };
+  options.first_frame = number(first, 0);
+  options.last_frame = number(last, -1);
+}
+
+void parse_size(const std::string& text, RenderOptions& options) {
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &options.width, &options.height, &end) != 2) {
+    throw InputError("--size " + text + " is no size", "expected WIDTHxHEIGHT in pixels, 1280x720");
+  }
+}
+
+int render(const Arguments& a) {
+  RenderOptions options;
+  if (!a.frame_range.empty()) parse_frame_range(a.frame_range, options);
+  parse_size(a.size, options);
+  options.film = !a.no_film;
+  options.quiet = a.common.quiet;
+  const RenderSummary summary = render_run(a.directory, options);
+  log_info(std::to_string(summary.frames) + " pictures, " + std::to_string(summary.seconds_per_frame) +
+           " s each" + (summary.film.empty() ? ", no film" : ", film " + summary.film));
+  return kExitDone;
+}
+
+int report(const Arguments& a) {
+  write_report(a.directories, a.out);
+  return kExitDone;
+}
+
+// --- diff ---
+
+bool same_rows(const std::string& file, const CsvTable& a, const CsvTable& b) {
+  const std::size_t rows_a = a.columns.empty() ? 0 : a.columns[0].size();
+  const std::size_t rows_b = b.columns.empty() ? 0 : b.columns[0].size();
+  if (rows_a == rows_b && a.names == b.names) return true;
+  std::cout << file << ": " << rows_a << " rows of " << a.names.size() << " columns against " << rows_b
+            << " rows of " << b.names.size() << '\n';
+  return false;
+}
+
+// |a - b| <= tolerance * largest magnitude in the column; wall clocks are not compared.
+bool same_column(const std::string& file, const std::string& name, const std::vector<double>& a,
+                 const std::vector<double>& b, double tolerance) {
+  double scale = 0.0, worst = 0.0;
+  std::size_t worst_row = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    if (std::isnan(a[n]) && std::isnan(b[n])) continue;
+    scale = std::max({scale, std::abs(a[n]), std::abs(b[n])});
+    const double difference = std::abs(a[n] - b[n]);
+    if (!(difference <= worst)) worst = difference, worst_row = n;
+  }
+  if (worst <= tolerance * scale) return true;
+  std::cout << file << ": " << name << " differs by " << worst << " (" << worst / scale
+            << " of its largest value), row " << worst_row + 2 << '\n';
+  return false;
+}
+
+bool same_table(const std::string& file, const Arguments& a) {
+  const CsvTable first = read_csv(a.directory + "/" + file);
+  const CsvTable second = read_csv(a.other_directory + "/" + file);
+  if (!same_rows(file, first, second)) return false;
+  bool same = true;
+  for (std::size_t c = 0; c < first.names.size(); ++c) {
+    if (first.names[c].find("seconds") != std::string::npos) continue;
+    same = same_column(file, first.names[c], first.columns[c], second.columns[c], a.tolerance) && same;
+  }
+  return same;
+}
+
+int diff(const Arguments& a) {
+  const bool stats = same_table("stats.csv", a), bodies = same_table("bodies.csv", a);
+  if (stats && bodies) std::cout << "the same within " << a.tolerance << '\n';
+  return stats && bodies ? kExitDone : kExitNumerics;
+}
+
+// --- bench, schema ---
+
+int bench(const Arguments&) {
+  throw InputError("not in this version: bench", "run the scene for each value with run --set key=value");
+}
+
+int schema(const Arguments& a) {
+  const Schema& keys = scene_schema();
+  std::cout << (a.json ? keys.json() : a.markdown ? keys.markdown() : keys.text());
+  return kExitDone;
+}
+
+// --- command line ---
+
+struct Verb {
+  std::string name, purpose;
+  int (*execute)(const Arguments&);
+  void (*options)(CLI::App&, Arguments&);
+};
+
+void scene_options(CLI::App& app, Arguments& a) {
+  app.add_option("scene", a.scene, "scene file, *.scene.toml")->required()->type_name("SCENE");
+  app.add_option("--set", a.overrides, "override a key of the scene, may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--archetypes", a.archetypes,
+                 "where NAME.h5 are (default: ARCHETIDE_ARCHETYPES, or out/archetypes)")
+      ->type_name("DIR");
+}
+
+const std::vector<Verb>& verbs() {
+  static const std::vector<Verb> list = {
+      {"run", "simulate a scene", run,
+       [](CLI::App& app, Arguments& a) {
+         scene_options(app, a);
+         app.add_option("-o,--output", a.out, "run folder")->required()->type_name("DIR");
+         app.add_option("--resume", a.resume, "auto | never | FRAME (an unfinished run is refused in this version)")
+             ->capture_default_str();
+         app.add_option("--until", a.until, "stop at this scene time, s, with exit code 75")
+             ->check(CLI::PositiveNumber)
+             ->type_name("T");
+         app.add_option("--frames", a.frames, "run only so many frames")
+             ->check(CLI::PositiveNumber)
+             ->type_name("N");
+         app.add_flag("--replace", a.replace, "remove a run that is in the folder already");
+       }},
+      {"check", "validate a scene, list what is on, estimate cells and memory", check, scene_options},
+      {"deps", "write the files that a run reads as a make fragment", deps,
+       [](CLI::App& app, Arguments& a) {
+         scene_options(app, a);
+         app.add_option("-o,--output", a.out, "the fragment")->required()->type_name("F");
+         app.add_option("target", a.target, "what depends on them")->required()->type_name("TARGET");
+       }},
+      {"render", "a PNG per frame, and a film when ffmpeg is there", render,
+       [](CLI::App& app, Arguments& a) {
+         app.add_option("dir", a.directory, "run folder")->required()->type_name("DIR");
+         app.add_option("--frames", a.frame_range, "first and last frame (default: all)")->type_name("A:B");
+         app.add_option("--size", a.size, "pixels")->type_name("WxH")->capture_default_str();
+         app.add_flag("--no-film", a.no_film, "pictures only");
+       }},
+      {"report", "one self-contained HTML page about runs", report,
+       [](CLI::App& app, Arguments& a) {
+         app.add_option("dirs", a.directories, "run folders")->required()->type_name("DIR");
+         app.add_option("-o,--output", a.out, "the page")->required()->type_name("FILE");
+       }},
+      {"bench", "sweep a key (not in this version)", bench,
+       [](CLI::App& app, Arguments&) { app.allow_extras(); }},
+      {"diff", "compare states and statistics of two runs", diff,
+       [](CLI::App& app, Arguments& a) {
+         app.add_option("dir_a", a.directory, "run folder")->required()->type_name("DIR_A");
+         app.add_option("dir_b", a.other_directory, "run folder")->required()->type_name("DIR_B");
+         app.add_option("--tol", a.tolerance, "allowed difference relative to a column's largest value")
+             ->check(CLI::NonNegativeNumber)
+             ->type_name("T")
+             ->capture_default_str();
+       }},
+      {"schema", "every key of a scene file: type, unit, range, default, meaning", schema,
+       [](CLI::App& app, Arguments& a) {
+         app.add_flag("--json", a.json, "as JSON");
+         app.add_flag("--md", a.markdown, "as a Markdown table");
+       }}};
+  return list;
+}
+
+std::string footer() {
+  return "Examples:\n"
+         "  archetide-sim run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5\n"
+         "  archetide-sim render out/runs/tub --size 1280x720\n\n" +
+         exit_code_help();
+}
+
+// The options of all verbs, for did-you-mean.
+std::vector<std::string> known_options(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  for (const CLI::App* verb : app.get_subcommands({})) {
+    for (const std::string& name : known_options(*verb)) names.push_back(name);
+  }
+  return names;
+}
+
+int program(int argc, char** argv) {
+  Arguments a;
+  CLI::App app("archetide-sim: reduced deformable bodies, two-way coupled with water", "archetide-sim");
+  app.set_version_flag("--version", ARCHETIDE_VERSION);
+  app.footer(footer());
+  app.require_subcommand(1);
+  app.option_defaults()->always_capture_default(false);
+  add_common_options(app, a.common);
+  std::vector<std::string> names;
+  for (const Verb& verb : verbs()) {
+    CLI::App* sub = app.add_subcommand(verb.name, verb.purpose);
+    verb.options(*sub, a);
+    sub->fallthrough()->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" + footer());
+    names.push_back(verb.name);
+  }
+  for (int n = 0; n < argc; ++n) a.command_line += (n ? " " : "") + std::string(argv[n]);
+  check_verb(argc, argv, names);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    throw command_line_error(error.what(), argc, argv, known_options(app));
+  }
+  apply_common_options(a.common);
+  for (const Verb& verb : verbs()) {
+    if (app.got_subcommand(verb.name)) return verb.execute(a);
+  }
+  return kExitInput;
+}
+
+}  // namespace
+}  // namespace archetide
+
+int main(int argc, char** argv) {
+  return archetide::guarded_main([&] { return archetide::program(argc, argv); });
+}

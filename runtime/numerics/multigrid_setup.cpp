@@ -1,0 +1,260 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/numerics/multigrid_level.h"
+#include "runtime/numerics/parallel.h"
+
+namespace archetide {
+namespace {
+
+constexpr auto kOutside = static_cast<std::uint8_t>(CellKind::kOutside);
+constexpr auto kUnknown = static_cast<std::uint8_t>(CellKind::kUnknown);
+constexpr auto kDirichlet = static_cast<std::uint8_t>(CellKind::kDirichlet);
+
+// A diagonal smaller than this has no face worth the name: the cell is left alone.
+constexpr float kSmallestDiagonal = 1e-30f;
+
+// Does a face between these two kinds carry a coefficient: unknown to unknown or unknown to
+// Dirichlet?
+inline bool carries(std::uint8_t a, std::uint8_t b) {
+  static_assert(kOutside == 0 && kUnknown == 1 && kDirichlet == 2);
+  return ((a * b) & 3) != 0;
+}
+
+inline float inverse_of(float diagonal) {
+  return diagonal > kSmallestDiagonal ? 1.0f / diagonal : 0.0f;
+}
+
+}  // namespace
+
+std::size_t MultigridLevel::bytes() const {
+  std::size_t floats = 0;
+  for (const auto* v : {&x, &b, &diag, &inverse, &wx, &wy, &wz}) floats += v->capacity();
+  return floats * sizeof(float) + kind.capacity() + rows.bytes();
+}
+
+void MultigridLevel::resize(int nx_new, int ny_new, int nz_new) {
+  nx = nx_new, ny = ny_new, nz = nz_new;
+  sy = nx + 2, sz = sy * (ny + 2);
+  const std::size_t padded = sz * (nz + 2);
+  for (auto* v : {&x, &b, &diag, &inverse, &wx, &wy, &wz}) v->resize(padded);
+  kind.resize(padded);
+  parallel = static_cast<std::size_t>(nx) * ny * nz >= kParallelCells;
+  for_each_index(nz + 2, parallel, [&](int k) {
+    std::fill_n(x.begin() + sz * k, sz, 0.0f);
+    std::fill_n(kind.begin() + sz * k, sz, kOutside);
+  });
+  rows.reset(nz);
+}
+
+void MultigridLevel::set_ghost_kinds() {
+  const auto set = [&](int i, int j, int k) { kind[index(i, j, k)] = kDirichlet; };
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j) {
+      if (open_side[kXMin]) set(-1, j, k);
+      if (open_side[kXMax]) set(nx, j, k);
+    }
+  for (int k = 0; k < nz; ++k)
+    for (int i = 0; i < nx; ++i) {
+      if (open_side[kYMin]) set(i, -1, k);
+      if (open_side[kYMax]) set(i, ny, k);
+    }
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      if (open_side[kZMin]) set(i, j, -1);
+      if (open_side[kZMax]) set(i, j, nz);
+    }
+}
+
+void MultigridLevel::count_unknowns() {
+  unknowns = 0;
+  for (int k = 0; k < nz; ++k)
+    for (const Segment& s : rows.plane(k)) unknowns += s.end - s.begin;
+  parallel = unknowns >= kParallelCells;
+}
+
+// ---- the finest level ----
+
+void MultigridLevel::load(const PoissonOperator& op, int low[3]) {
+  const PoissonMatrix& a = op.matrix();
+  const int n[3] = {a.nx, a.ny, a.nz};
+
+  // The box around the unknowns with a margin of one cell, where there is one.
+  int high[3] = {0, 0, 0};
+  std::copy(n, n + 3, low);
+  for (int k = 0; k < a.nz; ++k)
+    for (const Segment& s : op.rows().plane(k)) {
+      const int first[3] = {s.begin, s.j, k}, last[3] = {s.end, s.j + 1, k + 1};
+      for (int d = 0; d < 3; ++d) {
+        low[d] = std::min(low[d], first[d]);
+        high[d] = std::max(high[d], last[d]);
+      }
+    }
+  for (int d = 0; d < 3; ++d) {
+    low[d] = std::max(std::min(low[d], high[d]) - 1, 0);
+    high[d] = std::min(high[d] + 1, n[d]);
+    open_side[2 * d] = a.open_side[2 * d] && low[d] == 0;
+    open_side[2 * d + 1] = a.open_side[2 * d + 1] && high[d] == n[d];
+  }
+
+  resize(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  c = 1.0f;
+  load_kinds(a, low);
+  for_each_index(nz + 1, parallel, [&](int k) { load_plane(op, low, k); });
+  count_unknowns();
+}
+
+void MultigridLevel::load_kinds(const PoissonMatrix& a, const int low[3]) {
+  for_each_index(nz, parallel, [&](int k) {
+    for (int j = 0; j < ny; ++j) {
+      const CellKind* from = &a.kind(low[0], low[1] + j, low[2] + k);
+      std::uint8_t* to = kind.data() + index(0, j, k);
+      for (int i = 0; i < nx; ++i) to[i] = static_cast<std::uint8_t>(from[i]);
+    }
+  });
+  set_ghost_kinds();
+}
+
+void MultigridLevel::load_plane(const PoissonOperator& op, const int low[3], int k) {
+  const PoissonMatrix& a = op.matrix();
+  // to[i] = w[i] on faces between rows of kinds that carry a coefficient
+  const auto load_row = [](int n, const double* w, const std::uint8_t* one,
+                           const std::uint8_t* other, float* to) {
+#pragma omp simd
+    for (int i = 0; i < n; ++i) to[i] = carries(one[i], other[i]) ? static_cast<float>(w[i]) : 0.0f;
+  };
+  for (int j = 0; j < ny; ++j) {
+    const std::size_t at = index(0, j, k);
+    const std::uint8_t* cell = kind.data() + at;
+    const int J = low[1] + j, K = low[2] + k;
+    load_row(nx, &a.w[2](low[0], J, K), cell - sz, cell, wz.data() + at);
+    if (k == nz) continue;
+    load_row(nx + 1, &a.w[0](low[0], J, K), cell - 1, cell, wx.data() + at);
+    load_row(nx, &a.w[1](low[0], J, K), cell - sy, cell, wy.data() + at);
+    const double* from = &a.diag(low[0], J, K);
+    float *d = diag.data() + at, *inv = inverse.data() + at;
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) {
+      d[i] = cell[i] == kUnknown ? static_cast<float>(from[i]) : 0.0f;
+      inv[i] = inverse_of(d[i]);
+    }
+  }
+  if (k == nz) return;
+  const std::size_t at = index(0, ny, k);
+  load_row(nx, &a.w[1](low[0], low[1] + ny, low[2] + k), kind.data() + at - sy, kind.data() + at,
+           wy.data() + at);
+  for (const Segment& s : op.rows().plane(low[2] + k))
+    rows.add(k, {s.j - low[1], s.begin - low[0], s.end - low[0], s.uniform});
+}
+
+// ---- the coarser levels ----
+
+void MultigridLevel::coarsen(const MultigridLevel& fine) {
+  open_side = fine.open_side;
+  resize((fine.nx + 1) / 2, (fine.ny + 1) / 2, (fine.nz + 1) / 2);
+  // A side of one cell stays one cell: its coefficients follow another rule, so nothing is uniform.
+  const bool all_halved = fine.nx > 1 && fine.ny > 1 && fine.nz > 1;
+  c = all_halved ? 2.0f * fine.c : std::numeric_limits<float>::quiet_NaN();
+  for_each_index(nz, parallel, [&](int K) { coarsen_kinds(fine, K); });
+  set_ghost_kinds();
+  for_each_index(nz + 1, parallel, [&](int K) { coarsen_plane(fine, K); });
+  for_each_index(nz, parallel, [&](int K) {
+    for (int J = 0; J < ny; ++J) {
+      sum_diagonal_row(J, K);
+      find_row_segments(J, K);
+    }
+  });
+  count_unknowns();
+}
+
+// Air if any child is air, else water if any child is water.
+void MultigridLevel::coarsen_kinds(const MultigridLevel& fine, int K) {
+  static_assert(kDirichlet > kUnknown && kUnknown > kOutside);
+  for (int J = 0; J < ny; ++J) {
+    std::uint8_t* to = kind.data() + index(0, J, K);
+    for (int k = 2 * K; k < std::min(2 * K + 2, fine.nz); ++k)
+      for (int j = 2 * J; j < std::min(2 * J + 2, fine.ny); ++j) {
+        const std::uint8_t* from = fine.kind.data() + fine.index(0, j, k);
+        for (int i = 0; i < fine.nx; ++i) to[i / 2] = std::max(to[i / 2], from[i]);
+      }
+  }
+}
+
+// Face coefficient = 1/2 sum of the four fine ones (the spacing doubles, the area is summed).
+void MultigridLevel::coarsen_plane(const MultigridLevel& fine, int K) {
+  const int fine_n[3] = {fine.nx, fine.ny, fine.nz};
+  std::vector<float> sum(fine.nx + 2);
+
+  // sum = rows of w over fine faces j0..j1-1, k0..k1-1
+  const auto sum_rows = [&](const std::vector<float>& w, int n, int j0, int j1, int k0, int k1) {
+    std::fill(sum.begin(), sum.end(), 0.0f);
+    for (int k = k0; k < k1; ++k)
+      for (int j = j0; j < j1; ++j) {
+        const float* from = w.data() + fine.index(0, j, k);
+#pragma omp simd
+        for (int i = 0; i < n; ++i) sum[i] += from[i];
+      }
+  };
+  const auto scale = [&](int axis) { return fine_n[axis] > 1 ? 0.5f : 1.0f; };
+  // to = scaled pairs of sum where the two kinds carry a coefficient
+  const auto store_pairs = [&](float factor, const std::uint8_t* one, const std::uint8_t* other,
+                               float* to) {
+    for (int I = 0; I < nx; ++I)
+      to[I] = carries(one[I], other[I]) ? factor * (sum[2 * I] + sum[2 * I + 1]) : 0.0f;
+  };
+
+  const int k0 = 2 * K, k1 = std::min(2 * K + 2, fine.nz);
+  for (int J = 0; J <= ny; ++J) {
+    const std::size_t at = index(0, J, K);
+    const std::uint8_t* cell = kind.data() + at;
+    const int j0 = 2 * J, j1 = std::min(2 * J + 2, fine.ny);
+    if (J < ny) {
+      const int k_face = std::min(k0, fine.nz);
+      sum_rows(fine.wz, fine.nx, j0, j1, k_face, k_face + 1);
+      store_pairs(scale(2), cell - sz, cell, wz.data() + at);
+    }
+    if (K == nz) continue;
+    const int j_face = std::min(j0, fine.ny);
+    sum_rows(fine.wy, fine.nx, j_face, j_face + 1, k0, k1);
+    store_pairs(scale(1), cell - sy, cell, wy.data() + at);
+    if (J == ny) continue;
+    sum_rows(fine.wx, fine.nx + 1, j0, j1, k0, k1);
+    for (int I = 0; I <= nx; ++I)
+      wx[at + I] = carries(cell[I - 1], cell[I]) ? scale(0) * sum[std::min(2 * I, fine.nx)] : 0.0f;
+  }
+}
+
+// diag = sum of the face coefficients; those of the open sides of the box count twice (theta =
+// 1/2).
+void MultigridLevel::sum_diagonal_row(int j, int k) {
+  const std::size_t at = index(0, j, k);
+  const float y_low = j == 0 ? 2.0f : 1.0f, y_high = j + 1 == ny ? 2.0f : 1.0f;
+  const float z_low = k == 0 ? 2.0f : 1.0f, z_high = k + 1 == nz ? 2.0f : 1.0f;
+  const float *x_face = wx.data() + at, *y_face = wy.data() + at, *z_face = wz.data() + at;
+  for (int i = 0; i < nx; ++i) {
+    const float x_low = i == 0 ? 2.0f : 1.0f, x_high = i + 1 == nx ? 2.0f : 1.0f;
+    const float total = (x_low * x_face[i] + x_high * x_face[i + 1]) +
+                        (y_low * y_face[i] + y_high * y_face[i + sy]) +
+                        (z_low * z_face[i] + z_high * z_face[i + sz]);
+    diag[at + i] = kind[at + i] == kUnknown ? total : 0.0f;
+    inverse[at + i] = inverse_of(diag[at + i]);
+  }
+}
+
+void MultigridLevel::find_row_segments(int j, int k) {
+  const std::size_t at = index(0, j, k);
+  const float *x_face = wx.data() + at, *y_face = wy.data() + at, *z_face = wz.data() + at;
+  std::vector<RowCell> cells(nx);
+  for (int i = 0; i < nx; ++i) {
+    const bool uniform = (x_face[i] == c) & (x_face[i + 1] == c) & (y_face[i] == c) &
+                         (y_face[i + sy] == c) & (z_face[i] == c) & (z_face[i + sz] == c) &
+                         (diag[at + i] == 6.0f * c);
+    cells[i] = kind[at + i] != kUnknown ? RowCell::kNone
+               : uniform                ? RowCell::kUniform
+                                        : RowCell::kGeneral;
+  }
+  rows.add_row(k, j, cells.data(), nx);
+}
+
+}  // namespace archetide

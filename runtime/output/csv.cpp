@@ -1,0 +1,101 @@
+#include "runtime/output/csv.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+#include "common/input_error.h"
+#include "runtime/output/byte_stream.h"
+#include "runtime/output/number_text.h"
+
+namespace archetide {
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (char c : line)
+    if (c == ',')
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  return cells;
+}
+
+}  // namespace
+
+CsvWriter::CsvWriter(std::string path)
+    : path_(std::move(path)), file_(path_, std::ios::binary | std::ios::trunc) {
+  if (!file_) throw MachineError(path_ + ": cannot be written");
+}
+
+void CsvWriter::header(const std::vector<std::string>& names) {
+  for (const std::string& name : names) separate(), rows_ += name;
+  end_row();
+}
+
+void CsvWriter::separate() {
+  if (row_started_) rows_ += ',';
+  row_started_ = true;
+}
+
+CsvWriter& CsvWriter::cell(double value) {
+  separate();
+  rows_ += number_text(value);
+  return *this;
+}
+
+CsvWriter& CsvWriter::cell(int value) {
+  separate();
+  rows_ += std::to_string(value);
+  return *this;
+}
+
+CsvWriter& CsvWriter::empty_cell() {
+  separate();
+  return *this;
+}
+
+void CsvWriter::end_row() {
+  rows_ += '\n';
+  row_started_ = false;
+}
+
+void CsvWriter::flush() {
+  file_ << rows_ << std::flush;
+  rows_.clear();
+  if (!file_) throw MachineError(path_ + ": write failed, is the disk full?");
+}
+
+bool CsvTable::has(const std::string& name) const {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+const std::vector<double>& CsvTable::column(const std::string& name) const {
+  static const std::vector<double> none;
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? none : columns[at - names.begin()];
+}
+
+CsvTable read_csv(const std::string& path) {
+  std::string bytes = read_whole_file(path);
+  bytes.resize(bytes.rfind('\n') + 1);
+  std::istringstream lines(bytes);
+  CsvTable table;
+  std::string line;
+  if (!std::getline(lines, line)) return table;
+  table.names = split(line);
+  table.columns.resize(table.names.size());
+  for (int row = 2; std::getline(lines, line); ++row) {
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() != table.names.size())
+      throw FileError(path + ':' + std::to_string(row) + ": " + std::to_string(cells.size()) +
+                      " cells under " + std::to_string(table.names.size()) + " names");
+    for (std::size_t c = 0; c < cells.size(); ++c)
+      table.columns[c].push_back(cells[c].empty() ? std::numeric_limits<double>::quiet_NaN()
+                                                  : std::strtod(cells[c].c_str(), nullptr));
+  }
+  return table;
+}
+
+}  // namespace archetide

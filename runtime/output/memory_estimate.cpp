@@ -1,0 +1,48 @@
+#include <set>
+
+#include "runtime/output/run_writer.h"
+
+namespace archetide {
+namespace {
+
+// Bytes per cell of the arrays that live through a step: MacField velocity, its copies and advection targets; area fractions; phi and
+// redistancing; cell kinds; fp64 CG vectors; fp32 multigrid levels. MEASURED
+constexpr double kBytesPerCell = 420.0;
+// A marker particle: position, radius, sign, and its place in the sorted order.
+constexpr double kBytesPerParticle = 48.0;
+// Particles live within three cells on both sides of the surface, which is about one layer of the tank.
+constexpr double kParticleBand = 6.0;
+
+double bytes_of(const MatX& m) { return 8.0 * static_cast<double>(m.size()); }
+
+}  // namespace
+
+double archetype_bytes(const Archetype& a) {
+  const double per_vertex = sizeof(Vec3) * 2.0 + sizeof(double) + sizeof(int);
+  return per_vertex * static_cast<double>(a.surface.vertices.size()) +
+         sizeof(Vec3i) * static_cast<double>(a.surface.triangles.size()) +
+         sizeof(float) * static_cast<double>(a.sdf.values.size()) + bytes_of(a.surface_modes) +
+         bytes_of(a.node_modes) + sizeof(Vec3) * static_cast<double>(a.tets.nodes.size()) +
+         4.0 * sizeof(int) * static_cast<double>(a.tets.tets.size()) + bytes_of(a.M_r) +
+         bytes_of(a.K_r) +
+         sizeof(Mat3) * static_cast<double>(a.integrals.A.size() + a.integrals.B.size());
+}
+
+MemoryEstimate estimate_memory(const SimulationOptions& options,
+                               const std::vector<ReducedBody>& bodies) {
+  MemoryEstimate m;
+  const Grid& g = options.grid;
+  if (options.has_water) {
+    const double surface_cells = static_cast<double>(g.nx) * g.ny;
+    m.water = kBytesPerCell * static_cast<double>(g.cells()) +
+              kBytesPerParticle * kParticleBand * surface_cells * options.particles_per_cell;
+  }
+  std::set<const Archetype*> seen;
+  for (const ReducedBody& body : bodies) {
+    m.bodies += static_cast<double>(instance_bytes(body));
+    if (seen.insert(body.archetype.get()).second) m.archetypes += archetype_bytes(*body.archetype);
+  }
+  return m;
+}
+
+}  // namespace archetide

@@ -1,0 +1,140 @@
+#include "runtime/output/render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/input_error.h"
+#include "runtime/output/film.h"
+#include "runtime/output/image.h"
+#include "runtime/output/number_text.h"
+#include "runtime/output/painter.h"
+#include "runtime/output/ply.h"
+#include "runtime/output/run_folder.h"
+#include "runtime/output/vtp.h"
+
+namespace archetide {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void check_options(const RenderOptions& o) {
+  std::vector<Diagnostic> wrong;
+  const auto need = [&](bool good, const char* what) {
+    if (good) return;
+    Diagnostic complaint;
+    complaint.what = what;
+    wrong.push_back(complaint);
+  };
+  need(o.width >= 16 && o.height >= 16 && o.width <= 16384 && o.height <= 16384,
+       "--size: each side must be 16 to 16384 pixels");
+  need(o.samples >= 1 && o.samples <= 8, "samples per pixel side must be 1 to 8");
+  need(o.elevation > -89.0 && o.elevation < 89.0, "elevation must lie between -89 and 89 degrees");
+  need(o.first_frame >= 0, "--frames: the first frame must not be negative");
+  if (!wrong.empty()) throw InputError(wrong);
+}
+
+std::vector<FrameFiles> chosen_frames(const RunFolder& run, const RenderOptions& o) {
+  std::vector<FrameFiles> chosen;
+  for (const FrameFiles& f : run.frames)
+    if (f.number >= o.first_frame && (o.last_frame < 0 || f.number <= o.last_frame))
+      chosen.push_back(f);
+  if (!chosen.empty()) return chosen;
+  if (run.frames.empty())
+    throw FileError(run.path + "frames: nothing to draw (surface.*.ply, bodies.*.vtp)");
+  throw FileError(run.path + "frames: no frame in the range; there are " +
+                  std::to_string(run.frames.front().number) + " to " +
+                  std::to_string(run.frames.back().number));
+}
+
+// Without a tank the picture holds wherever the bodies go; a dozen frames tell.
+void enclose_bodies(const std::vector<FrameFiles>& frames, Stage& stage) {
+  stage.low = Vec3::Constant(1e30), stage.high = -stage.low;
+  const std::size_t stride = std::max<std::size_t>(1, frames.size() / 12);
+  for (std::size_t f = 0; f < frames.size(); f += stride) {
+    if (frames[f].bodies.empty()) continue;
+    for (const Vec3& x : read_vtp(frames[f].bodies).vertices)
+      stage.low = stage.low.cwiseMin(x), stage.high = stage.high.cwiseMax(x);
+  }
+  if (stage.low[0] > stage.high[0]) stage.low.setZero(), stage.high.setOnes();
+  const Vec3 margin = Vec3::Constant(0.05 * (stage.high - stage.low).norm());
+  stage.low -= margin, stage.high += margin;
+}
+
+Stage empty_stage(const RunFolder& run, const std::vector<FrameFiles>& frames) {
+  Stage stage;
+  const Grid& g = run.manifest.grid;
+  stage.has_tank = g.cells() > 0;
+  if (stage.has_tank)
+    stage.low = g.low(), stage.high = g.high();
+  else
+    enclose_bodies(frames, stage);
+  const std::string obstacles = run.path + "frames/obstacles.ply";
+  if (std::filesystem::exists(obstacles)) stage.obstacles = read_ply(obstacles);
+  return stage;
+}
+
+std::string picture_path(const std::string& folder, int frame) {
+  char name[32];
+  std::snprintf(name, sizeof name, "frame.%06d.png", frame);
+  return folder + name;
+}
+
+// Numbers without gaps, which is what ffmpeg reads.
+bool consecutive(const std::vector<FrameFiles>& frames) {
+  return frames.back().number - frames.front().number + 1 == static_cast<int>(frames.size());
+}
+
+}  // namespace
+
+bool render_available() { return RayScene::available() && png_available(); }
+
+RenderSummary render_run(const std::string& directory, const RenderOptions& options) {
+  check_options(options);
+  if (!render_available())
+    throw MachineError(
+        "render is off in this build: install libembree-dev and libpng-dev, build again");
+  const RunFolder run = open_run_folder(directory);
+  const std::vector<FrameFiles> frames = chosen_frames(run, options);
+  const std::string folder = run.path + "pictures/";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw MachineError(folder + ": cannot be made: " + error.message());
+
+  Stage stage = empty_stage(run, frames);
+  const Camera camera(stage.low, stage.high, options.azimuth, options.elevation, options.width,
+                      options.height);
+  const auto say = [&](const std::string& line) {
+    if (!options.quiet) std::fprintf(stderr, "%s\n", line.c_str());
+  };
+  RenderSummary summary;
+  const auto start = Clock::now();
+  for (const FrameFiles& files : frames) {
+    const auto frame_start = Clock::now();
+    stage.water = files.surface.empty() ? SurfaceMesh() : read_ply(files.surface);
+    stage.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
+    const Image image =
+        Painter(stage).paint(camera, options.width, options.height, options.samples);
+    write_png(picture_path(folder, files.number), image);
+    ++summary.frames;
+    const std::chrono::duration<double> took = Clock::now() - frame_start;
+    say("picture " + std::to_string(files.number) + " of " + std::to_string(frames.back().number) +
+        "  " + fixed_text(took.count(), 2) + " s");
+  }
+  const std::chrono::duration<double> total = Clock::now() - start;
+  summary.seconds_per_frame = total.count() / summary.frames;
+
+  if (options.film && summary.frames > 1) {
+    const std::string film = folder + "film.mp4";
+    const std::string problem = consecutive(frames)
+                                    ? make_film(folder, frames.front().number, summary.frames,
+                                                run.manifest.fps, film)
+                                    : "film: off (frames are missing in between)";
+    if (problem.empty()) summary.film = film;
+    say(problem.empty() ? film : problem);
+  }
+  return summary;
+}
+
+}  // namespace archetide

@@ -1,0 +1,268 @@
+#include "runtime/output/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include "common/atomic_file.h"
+#include "common/input_error.h"
+#include "runtime/output/base64.h"
+#include "runtime/output/csv.h"
+#include "runtime/output/image.h"
+#include "runtime/output/number_text.h"
+#include "runtime/output/palette.h"
+#include "runtime/output/run_folder.h"
+#include "runtime/output/svg_chart.h"
+
+namespace archetide {
+namespace {
+
+constexpr std::size_t kPictures = 4;     // per run
+constexpr int kPictureWidth = 640;       // pixels, at most
+constexpr std::size_t kBodyLines = 24;   // per chart
+
+const char* const kStyle = R"(
+body{font:15px/1.5 system-ui,sans-serif;color:#222;background:#f6f7f8;margin:0}
+main{max-width:1140px;margin:0 auto;padding:24px}
+h1{font-size:24px;margin:0 0 4px}h2{font-size:19px;margin:36px 0 6px;border-bottom:2px solid #2b6ca3}
+p.note{color:#666;margin:2px 0 12px}
+.pictures,.charts{display:grid;gap:14px;grid-template-columns:repeat(2,1fr)}
+@media(max-width:760px){.pictures,.charts{grid-template-columns:1fr}}
+figure{margin:0;background:#fff;border:1px solid #dde1e5;border-radius:6px;overflow:hidden}
+figure.chart{padding:12px}figure img{width:100%;display:block}
+figcaption{padding:4px 10px;color:#666;font-size:13px}
+svg{width:100%;height:auto;display:block;font:11px system-ui,sans-serif}
+.title{font-size:14px;font-weight:600;fill:#222}.tick{fill:#666}
+.grid{stroke:#e6e9ec}.axis{stroke:#888}
+.legend{font-size:12px;color:#444}.legend span{margin-right:12px;white-space:nowrap}
+.legend i{display:inline-block;width:14px;height:3px;margin-right:5px;vertical-align:middle}
+table{border-collapse:collapse;background:#fff;margin:10px 0 18px;font-variant-numeric:tabular-nums}
+td,th{border:1px solid #dde1e5;padding:4px 10px;text-align:right}
+td:first-child,th:first-child{text-align:left}th{background:#eef1f4;font-weight:600}
+)";
+
+struct Run {
+  RunFolder folder;
+  CsvTable stats, bodies;
+};
+
+Run read_run(const std::string& directory) {
+  Run run;
+  run.folder = open_run_folder(directory);
+  run.stats = read_csv(run.folder.path + "stats.csv");
+  run.bodies = read_csv(run.folder.path + "bodies.csv");
+  return run;
+}
+
+std::string outcome(const Manifest& m) {
+  if (m.exit < 0) return "still running or killed";
+  if (m.exit == kExitDone) return "done";
+  return "exit " + std::to_string(m.exit) + (m.reason.empty() ? "" : ": " + m.reason);
+}
+
+std::string scientific(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1e", x);
+  return text;
+}
+
+std::string grid_text(const Grid& g) {
+  if (g.cells() == 0) return "none";
+  return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
+}
+
+double worst(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (double v : values)
+    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
+  return largest;
+}
+
+// A row a run: size, cost and error next to each other.
+std::string overview(const std::vector<Run>& runs) {
+  std::string html =
+      "<table><tr><th>run</th><th>grid</th><th>bodies</th><th>time</th><th>steps</th><th>wall</th>"
+      "<th>CPU</th><th>memory</th><th>iterations, worst</th><th>volume drift, worst</th>"
+      "<th>residual, worst</th><th>ended</th></tr>\n";
+  for (const Run& run : runs) {
+    const Manifest& m = run.folder.manifest;
+    html += "<tr>";
+    for (const std::string& cell :
+         {m.scene, grid_text(m.grid), std::to_string(m.bodies.size()),
+          fixed_text(m.time, 3) + " s", std::to_string(m.steps), duration_text(m.wall_seconds),
+          duration_text(m.cpu_seconds), bytes_text(m.peak_bytes),
+          std::to_string(m.worst_iterations), scientific(m.worst_volume_drift),
+          scientific(worst(run.stats.column("residual"))), outcome(m)})
+      html += "<td>" + html_text(cell) + "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</table>\n";
+}
+
+std::string body_table(const Manifest& m) {
+  if (m.bodies.empty()) return "";
+  std::string html =
+      "<table><tr><th>body</th><th>archetype</th><th>density</th><th>mass</th><th>modes</th>"
+      "<th>memory</th></tr>\n";
+  for (std::size_t b = 0; b < std::min(kBodyLines, m.bodies.size()); ++b) {
+    const auto& body = m.bodies[b];
+    html += "<tr><td>" + std::to_string(b) + " " + html_text(body.name) + "</td><td>" +
+            html_text(body.archetype) + "</td><td>" + fixed_text(body.density, 1) +
+            " kg/m³</td><td>" + number_text(std::round(body.mass * 1e4) / 1e4) + " kg</td><td>" +
+            std::to_string(body.modes) + "</td><td>" + bytes_text(body.bytes) + "</td></tr>\n";
+  }
+  html += "</table>\n";
+  if (m.bodies.size() > kBodyLines)
+    html += "<p class=\"note\">and " + std::to_string(m.bodies.size() - kBodyLines) + " more</p>\n";
+  return html;
+}
+
+// Pictures at even distances over the film.
+std::string pictures(const RunFolder& run) {
+  if (run.pictures.empty() || !png_available()) return "";
+  const std::size_t count = std::min(kPictures, run.pictures.size());
+  std::string html = "<div class=\"pictures\">\n";
+  for (std::size_t p = 0; p < count; ++p) {
+    const std::size_t index = count == 1 ? 0 : p * (run.pictures.size() - 1) / (count - 1);
+    const std::string& path = run.pictures[index];
+    const Image image = read_png(path);
+    const int factor = (image.width + kPictureWidth - 1) / kPictureWidth;
+    const int number = std::stoi(path.substr(path.size() - 10, 6));
+    html += "<figure><img alt=\"frame " + std::to_string(number) + "\" src=\"data:image/png;base64," +
+            base64(png_bytes(shrunk(image, factor))) + "\"><figcaption>t = " +
+            fixed_text(number / run.manifest.fps, 2) + " s</figcaption></figure>\n";
+  }
+  return html + "</div>\n";
+}
+
+Chart time_chart(const std::string& title, const std::string& y_label) {
+  return {title, "time, s", y_label, {}};
+}
+
+void add_column(Chart& chart, const CsvTable& table, const std::string& column,
+                const std::string& name) {
+  if (!table.has(column)) return;
+  chart.series.push_back({name, table.column("t"), table.column(column),
+                          chart_colour(static_cast<int>(chart.series.size()))});
+}
+
+std::string volume_chart(const CsvTable& stats) {
+  Chart chart = time_chart("Water volume, change since the first step", "%");
+  Series line{"volume", stats.column("t"), stats.column("water_volume"), chart_colour(0)};
+  if (line.y.empty() || !(line.y.front() > 0.0)) return "";
+  const double first = line.y.front();
+  for (double& v : line.y) v = 100.0 * (v / first - 1.0);
+  chart.series.push_back(line);
+  return svg_chart(chart);
+}
+
+std::string energy_chart(const CsvTable& stats) {
+  Chart chart = time_chart("Energy (potential and total: change since the first step)", "J");
+  add_column(chart, stats, "energy", "total");
+  add_column(chart, stats, "water_kinetic", "water, kinetic");
+  add_column(chart, stats, "body_kinetic", "bodies, kinetic");
+  add_column(chart, stats, "body_elastic", "bodies, elastic");
+  add_column(chart, stats, "potential", "potential");
+  for (Series& s : chart.series)
+    if ((s.name == "total" || s.name == "potential") && !s.y.empty()) {
+      const double first = s.y.front();
+      for (double& v : s.y) v -= first;
+    }
+  return svg_chart(chart);
+}
+
+std::string columns_chart(const CsvTable& stats, const std::string& title, const std::string& unit,
+                          const std::vector<std::pair<std::string, std::string>>& columns) {
+  Chart chart = time_chart(title, unit);
+  for (const auto& [column, name] : columns) add_column(chart, stats, column, name);
+  return svg_chart(chart);
+}
+
+std::string css_colour(int body) {
+  const auto& c = body_palette(body);
+  char text[16];
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", static_cast<int>(255 * c[0]),
+                static_cast<int>(255 * c[1]), static_cast<int>(255 * c[2]));
+  return text;
+}
+
+// One line a body of a column of bodies.csv, in the colours of the pictures.
+std::string body_chart(const Run& run, const std::string& title, const std::string& column) {
+  const std::vector<double>&t = run.bodies.column("t"), &body = run.bodies.column("body"),
+                            &value = run.bodies.column(column);
+  std::map<int, Series> lines;
+  for (std::size_t row = 0; row < std::min(t.size(), value.size()); ++row) {
+    const int b = static_cast<int>(body[row]);
+    if (b >= static_cast<int>(kBodyLines)) continue;
+    lines[b].x.push_back(t[row]);
+    lines[b].y.push_back(value[row]);
+  }
+  if (lines.empty()) return "";
+  Chart chart = time_chart(title, "m");
+  const auto& names = run.folder.manifest.bodies;
+  for (auto& [b, line] : lines) {
+    line.name = std::to_string(b) +
+                (b < static_cast<int>(names.size()) ? " " + names[b].name : std::string());
+    line.colour = css_colour(b);
+    chart.series.push_back(line);
+  }
+  return svg_chart(chart);
+}
+
+std::string phase_bars(const Manifest& m) {
+  std::vector<Bar> bars;
+  for (const auto& [phase, seconds] : m.phase_seconds)
+    if (phase.find('/') == std::string::npos) bars.push_back({phase, seconds});
+  return bars.empty() ? "" : svg_bars("Wall time by phase", "s", bars);
+}
+
+std::string section(const Run& run) {
+  const Manifest& m = run.folder.manifest;
+  const bool water = m.has_water;
+  std::string html = "<h2>" + html_text(m.scene) + "</h2>\n<p class=\"note\">" +
+                     html_text(m.command_line) + "<br>archetide " + html_text(m.version) + ", " +
+                     html_text(m.build) + ", " + std::to_string(m.threads) + " threads, started " +
+                     html_text(m.started) + ", " + html_text(outcome(m)) + "</p>\n";
+  html += pictures(run.folder);
+  html += body_table(m);
+  html += "<div class=\"charts\">\n";
+  html += body_chart(run, "Heights of the bodies", "z");
+  if (water) html += volume_chart(run.stats);
+  html += energy_chart(run.stats);
+  html += columns_chart(run.stats, "Linear momentum, water and bodies", "kg m/s",
+                        {{"px", "x"}, {"py", "y"}, {"pz", "z"}});
+  html += columns_chart(run.stats, "Angular momentum of the bodies about the origin", "kg m²/s",
+                        {{"lx", "x"}, {"ly", "y"}, {"lz", "z"}});
+  if (!m.bodies.empty())
+    html += columns_chart(run.stats, "Largest deformation, share of the body's size", "1",
+                          {{"max_deformation", "deformation"}});
+  if (water)
+    html += columns_chart(run.stats, "Iterations of the coupled solves", "per solve",
+                          {{"iterations", "velocities"}, {"iterations_position", "positions"}});
+  html += columns_chart(run.stats, "Step length", "s", {{"dt", "dt"}});
+  html += columns_chart(run.stats, "Wall seconds of a step", "s", {{"seconds", "step"}});
+  html += phase_bars(m);
+  return html + "</div>\n";
+}
+
+}  // namespace
+
+void write_report(const std::vector<std::string>& directories, const std::string& html_path) {
+  if (directories.empty()) throw InputError("report: name at least one run folder");
+  std::vector<Run> runs;
+  for (const std::string& directory : directories) runs.push_back(read_run(directory));
+
+  std::string title = "archetide: ";
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    title += (r ? ", " : "") + runs[r].folder.manifest.scene;
+  std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
+                     html_text(title) + "</title>\n<style>" + kStyle + "</style></head>\n<body><main>\n<h1>" +
+                     html_text(title) + "</h1>\n" + overview(runs);
+  for (const Run& run : runs) html += section(run);
+  html += "</main></body></html>\n";
+  write_file_atomically(html_path, html);
+}
+
+}  // namespace archetide

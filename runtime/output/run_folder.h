@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/output/manifest.h"
+
+namespace archetide {
+
+/// The frames of a run folder; an empty path means that the frame has no such file.
+struct FrameFiles {
+  int number = 0;
+  std::string surface, bodies;
+};
+
+/// A run folder as render and report find it.
+struct RunFolder {
+  std::string path;  // with the final '/'
+  Manifest manifest;
+  std::vector<FrameFiles> frames;     // ascending
+  std::vector<std::string> pictures;  // ascending, PNG
+};
+
+/// Throws FileError when it is no run folder.
+RunFolder open_run_folder(const std::string& directory);
+
+}  // namespace archetide

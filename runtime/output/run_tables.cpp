@@ -1,0 +1,99 @@
+#include "runtime/output/run_tables.h"
+
+#include <algorithm>
+
+namespace archetide {
+namespace {
+
+// Phases without a '/' partition the step; nested ones are parts of them.
+bool is_top_level(const std::string& phase) { return phase.find('/') == std::string::npos; }
+
+double total_seconds(const Profile& profile) {
+  double total = 0.0;
+  for (const std::string& phase : profile.phases())
+    if (is_top_level(phase)) total += profile.seconds(phase);
+  return total;
+}
+
+void cells(CsvWriter& csv, const Vec3& x) {
+  for (int a = 0; a < 3; ++a) csv.cell(x[a]);
+}
+
+}  // namespace
+
+void StatsTable::write_header(const Profile& profile) {
+  for (const std::string& phase : profile.phases())
+    if (is_top_level(phase)) phases_.push_back(phase);
+  seconds_before_.assign(phases_.size(), 0.0);
+  std::vector<std::string> names = {
+      "t", "dt", "cfl", "halvings", "iterations", "iterations_position", "residual", "divergence",
+      "water_volume", "px", "py", "pz", "lx", "ly", "lz", "water_px", "water_py", "water_pz",
+      "water_kinetic", "body_kinetic", "body_elastic", "potential", "energy", "max_speed",
+      "contacts", "joint_drift", "max_deformation", "seconds"};
+  for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
+  names.push_back("seconds_other");
+  csv_.header(names);
+}
+
+void StatsTable::add(const StepReport& s, const Profile& profile) {
+  if (!has_header_) write_header(profile), has_header_ = true;
+  csv_.cell(s.t).cell(s.dt).cell(s.cfl).cell(s.halvings);
+  csv_.cell(s.velocity.iterations).cell(s.position.iterations);
+  csv_.cell(std::max(s.position.residual, s.velocity.residual)).cell(s.divergence);
+  csv_.cell(s.water_volume);
+  cells(csv_, s.water_momentum + s.body_momentum);
+  cells(csv_, s.body_angular_momentum);
+  cells(csv_, s.water_momentum);
+  csv_.cell(s.water_kinetic).cell(s.body_kinetic).cell(s.body_elastic).cell(s.potential);
+  csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.potential);
+  csv_.cell(s.max_speed).cell(s.contacts);
+  csv_.cell(0.0);  // joint drift: there are no joints
+  csv_.cell(s.max_deformation);
+
+  const double total = total_seconds(profile), step_seconds = total - total_before_;
+  csv_.cell(step_seconds);
+  double named = 0.0;
+  for (std::size_t p = 0; p < phases_.size(); ++p) {
+    const double now = profile.seconds(phases_[p]);
+    csv_.cell(now - seconds_before_[p]);
+    named += now - seconds_before_[p];
+    seconds_before_[p] = now;
+  }
+  csv_.cell(std::max(0.0, step_seconds - named));
+  csv_.end_row();
+  total_before_ = total;
+}
+
+BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies)
+    : csv_(path) {
+  for (const ReducedBody& body : bodies) modes_ = std::max(modes_, body.r);
+  std::vector<std::string> names = {"t",  "body", "x",  "y",  "z",  "qw", "qx", "qy", "qz", "vx",
+                                    "vy", "vz",   "wx", "wy", "wz", "px", "py", "pz", "lx", "ly",
+                                    "lz", "fx",   "fy", "fz", "tx", "ty", "tz"};
+  for (int m = 1; m <= modes_; ++m) names.push_back(std::string("q").append(std::to_string(m)));
+  csv_.header(names);
+}
+
+void BodiesTable::add(double time, int body_index, const ReducedBody& body, const Vec3& impulse,
+                      const Vec3& angular_impulse) {
+  const ConfigurationTerms terms = configuration_terms(
+      body, Configuration{body.rotation, body.q, body.q_dot}, ModalMass::kExact);
+  csv_.cell(time).cell(body_index);
+  cells(csv_, body.position);
+  csv_.cell(body.rotation.w()).cell(body.rotation.x()).cell(body.rotation.y());
+  csv_.cell(body.rotation.z());
+  cells(csv_, body.P / terms.mass);
+  cells(csv_, frame_spin(terms, body.L, body.q_dot));
+  cells(csv_, body.P);
+  cells(csv_, body.L);
+  cells(csv_, impulse);
+  cells(csv_, angular_impulse);
+  for (int m = 0; m < modes_; ++m)
+    if (m < body.r)
+      csv_.cell(body.q[m]);
+    else
+      csv_.empty_cell();
+  csv_.end_row();
+}
+
+}  // namespace archetide

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/profile.h"
+#include "runtime/output/csv.h"
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// stats.csv: a row a step. Linear momentum p is that of water and bodies together, angular momentum l that of the bodies about the origin;
+/// seconds_* are the wall seconds of the step by phase (phases that first appear later add up in seconds_other).
+class StatsTable {
+ public:
+  explicit StatsTable(const std::string& path) : csv_(path) {}
+  void add(const StepReport& report, const Profile& profile);
+  void flush() { csv_.flush(); }
+
+ private:
+  void write_header(const Profile& profile);
+
+  CsvWriter csv_;
+  std::vector<std::string> phases_;
+  std::vector<double> seconds_before_;  // cumulative wall seconds per phase at the last row
+  double total_before_ = 0.0;           // s
+  bool has_header_ = false;
+};
+
+
+/// bodies.csv: a row a body a frame.
+class BodiesTable {
+ public:
+  BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies);
+  void add(double time, int body_index, const ReducedBody& body, const Vec3& impulse,
+           const Vec3& angular_impulse);
+  void flush() { csv_.flush(); }
+
+ private:
+  CsvWriter csv_;
+  int modes_ = 0;  // columns q1..qr, the most modes of any body
+};
+
+}  // namespace archetide

@@ -1,0 +1,335 @@
+#include "runtime/output/run_writer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "common/atomic_file.h"
+#include "common/input_error.h"
+#include "common/sha256.h"
+#include "runtime/output/body_surface.h"
+#include "runtime/output/manifest.h"
+#include "runtime/output/number_text.h"
+#include "runtime/output/ply.h"
+#include "runtime/output/progress.h"
+#include "runtime/output/run_tables.h"
+#include "runtime/output/vtp.h"
+#include "runtime/output/water_surface.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string make_folders(const std::string& directory) {
+  std::error_code error;
+  fs::create_directories(fs::path(directory) / "frames", error);
+  if (error) throw MachineError(directory + ": cannot be made: " + error.message());
+  fs::remove(fs::path(directory) / "done.stamp", error);
+  return directory + '/';
+}
+
+void check_frame_kinds(const std::vector<std::string>& kinds) {
+  for (const std::string& kind : kinds) {
+    const auto& known = frame_kinds();
+    if (std::find(known.begin(), known.end(), kind) != known.end()) continue;
+    const std::string near = closest_match(kind, known);
+    throw InputError("output.frames: this version writes no \"" + kind + '"',
+                     near.empty() ? "it writes surface.ply, bodies.vtp and particles.vtp"
+                                  : "did you mean \"" + near + "\"?");
+  }
+}
+
+std::string frame_file(const std::string& stem, int frame, const std::string& extension) {
+  char number[16];
+  std::snprintf(number, sizeof number, ".%06d.", frame);
+  return stem + number + extension;
+}
+
+std::string scientific(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1e", x);
+  return text;
+}
+
+Manifest describe(const RunSetup& setup, const Simulation& simulation) {
+  Manifest m;
+  m.version = ARCHETIDE_VERSION;
+  m.build = build_description();
+  m.scene = setup.scene_name;
+  m.scene_hash = sha256_hex(setup.scene_text);
+  m.command_line = setup.command_line;
+  m.threads = setup.threads;
+  m.grid = simulation.options().grid;
+  m.has_water = simulation.options().has_water;
+  m.fps = setup.fps, m.end_time = setup.end_time;
+  m.started = utc_now();
+  const auto& bodies = simulation.bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Archetype& a = *bodies[b].archetype;
+    const bool known = std::any_of(m.archetypes.begin(), m.archetypes.end(), [&](const auto& e) {
+      return e.name == a.name && e.hash == a.content_hash;
+    });
+    if (!known)
+      m.archetypes.push_back({a.name, a.content_hash, static_cast<int>(a.surface.vertices.size()),
+                              a.r(), archetype_bytes(a)});
+    m.bodies.push_back({b < setup.body_names.size() ? setup.body_names[b] : a.name, a.name,
+                        a.integrals.mass * bodies[b].mass_scale, a.density * bodies[b].mass_scale,
+                        bodies[b].r, static_cast<double>(instance_bytes(bodies[b]))});
+  }
+  return m;
+}
+
+std::string grid_line(const SimulationOptions& o) {
+  const Grid& g = o.grid;
+  if (g.cells() == 0) return "tank       none";
+  return "tank       " + std::to_string(g.nx) + " x " + std::to_string(g.ny) + " x " +
+         std::to_string(g.nz) + " = " + std::to_string(g.cells()) + " cells of " +
+         number_text(g.dx) + " m" + (o.has_water ? "" : ", no water");
+}
+
+std::string bodies_line(const Manifest& m) {
+  if (m.bodies.empty()) return "bodies     none";
+  double bytes = 0.0, largest = 0.0;
+  for (const auto& b : m.bodies) bytes += b.bytes, largest = std::max(largest, b.bytes);
+  return "bodies     " + std::to_string(m.bodies.size()) + " of " +
+         std::to_string(m.archetypes.size()) + " archetypes; instances hold " + bytes_text(bytes) +
+         " (at most " + bytes_text(largest) + " each)";
+}
+
+std::string switches_line(const SimulationOptions& o) {
+  std::string on = o.scheme == Scheme::kNewmark ? "two solves a step" : "one solve a step";
+  on += o.modal.step == ModalStep::kTrapezoid ? ", trapezoid" : ", backward Euler";
+  on += o.modal.mass == ModalMass::kExact ? ", exact modal mass" : ", the paper's modal mass";
+  if (o.has_water) {
+    on += o.geometry == Geometry::kCutCell ? ", cut cells" : ", voxel faces";
+    on += ", tolerance " + scientific(o.tolerance);
+    if (o.particles_per_cell > 0)
+      on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
+  }
+  if (o.wall_contact) on += ", wall contact";
+  return "on         " + on;
+}
+
+}  // namespace
+
+const std::vector<std::string>& frame_kinds() {
+  static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp"};
+  return kinds;
+}
+
+struct RunWriter::Impl {
+  RunSetup setup;
+  std::string folder;  // with the final '/'
+  Progress progress;
+  StatsTable stats;
+  BodiesTable bodies;
+  PvdIndex surface_pvd, bodies_pvd, particles_pvd;
+  Manifest manifest;
+
+  // Since the last frame line, and since the start.
+  Clock::time_point run_start = Clock::now(), frame_start = Clock::now();
+  double start_time = 0.0;  // scene time at the start, s
+  int frame_steps = 0, frame_iterations = 0;
+  double frame_residual = 0.0;
+  StepReport last;
+  std::optional<double> first_volume;  // m^3
+
+  Impl(RunSetup s, const Simulation& simulation)
+      : setup(std::move(s)),
+        folder(make_folders(setup.directory)),
+        progress(folder + "run.log", setup.quiet),
+        stats(folder + "stats.csv"),
+        bodies(folder + "bodies.csv", simulation.bodies()),
+        surface_pvd(folder + "frames/surface.pvd"),
+        bodies_pvd(folder + "frames/bodies.pvd"),
+        particles_pvd(folder + "frames/particles.pvd"),
+        manifest(describe(setup, simulation)),
+        start_time(simulation.time()) {
+    write_file_atomically(folder + "scene.toml", setup.scene_text);
+    write_manifest(folder + "manifest.json", manifest);
+    write_obstacles(simulation);
+    show_header(simulation);
+  }
+
+  bool wants(const std::string& kind) const {
+    return std::find(setup.frames.begin(), setup.frames.end(), kind) != setup.frames.end();
+  }
+
+  void show_header(const Simulation& simulation) {
+    const SimulationOptions& o = simulation.options();
+    const MemoryEstimate memory = estimate_memory(o, simulation.bodies());
+    progress.line("archetide " + manifest.version + " (" + manifest.build + ", " +
+                  std::to_string(setup.threads) + " threads)");
+    progress.line("scene      " + setup.scene_name + ", " + number_text(setup.end_time) +
+                  " s at " + number_text(setup.fps) + " frames a second");
+    progress.line(grid_line(o));
+    progress.line(bodies_line(manifest));
+    progress.line(switches_line(o));
+    progress.line("memory     about " + bytes_text(memory.total()) + " (water " +
+                  bytes_text(memory.water) + ", archetypes " + bytes_text(memory.archetypes) + ")");
+  }
+
+  // Static obstacles do not move: one file for the whole run.
+  void write_obstacles(const Simulation& simulation) const {
+    SurfaceMesh all;
+    for (const TriMesh& obstacle : simulation.obstacles()) {
+      const int first = static_cast<int>(all.vertices.size());
+      std::vector<Vec3> normals;
+      std::vector<double> areas;
+      vertex_normals_and_areas(obstacle, normals, areas);
+      all.vertices.insert(all.vertices.end(), obstacle.vertices.begin(), obstacle.vertices.end());
+      all.normals.insert(all.normals.end(), normals.begin(), normals.end());
+      for (const Vec3i& t : obstacle.triangles)
+        all.triangles.push_back(t + Vec3i::Constant(first));
+    }
+    if (!all.triangles.empty()) write_ply(folder + "frames/obstacles.ply", all);
+  }
+
+  void write_frame_files(const Simulation& simulation) {
+    const double t = simulation.time();
+    const int frame = manifest.frames;
+    const FluidState& fluid = simulation.fluid();
+    const bool has_surface = simulation.options().has_water && fluid.phi.size() > 0;
+    if (wants("surface.ply") && has_surface) {
+      const std::string name = frame_file("surface", frame, "ply");
+      write_ply(folder + "frames/" + name, water_surface(simulation.options().grid, fluid.phi));
+      surface_pvd.add(t, name);
+    }
+    if (wants("bodies.vtp") && !simulation.bodies().empty()) {
+      const std::string name = frame_file("bodies", frame, "vtp");
+      write_vtp(folder + "frames/" + name, bodies_surface(simulation.bodies()), t);
+      bodies_pvd.add(t, name);
+    }
+    if (wants("particles.vtp") && fluid.particles.size() > 0) {
+      const std::string name = frame_file("particles", frame, "vtp");
+      write_particles_vtp(folder + "frames/" + name, fluid.particles, t);
+      particles_pvd.add(t, name);
+    }
+  }
+
+  void write_rows(Simulation& simulation) {
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+      const int body = static_cast<int>(b);
+      bodies.add(simulation.time(), body, simulation.bodies()[b], simulation.water_impulse(body),
+                 simulation.water_angular_impulse(body));
+    }
+    simulation.reset_water_impulses();
+    bodies.flush();
+    stats.flush();
+  }
+
+  double volume_drift() const {
+    return first_volume && *first_volume > 0.0 ? last.water_volume / *first_volume - 1.0 : 0.0;
+  }
+
+  void show_frame(double t) {
+    const double elapsed = seconds_since(run_start), done = t - start_time;
+    const double left =
+        done > 0.0 ? elapsed * std::max(0.0, setup.end_time - t) / done : std::nan("");
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "frame %d  t %.3f s  steps %d  iterations %d  residual %.1e  volume %+.3f %%  "
+                  "speed %.2f m/s  %.2f s/frame  left %s",
+                  manifest.frames, t, frame_steps, frame_iterations, frame_residual,
+                  100.0 * volume_drift(), last.max_speed, seconds_since(frame_start),
+                  duration_text(left).c_str());
+    progress.frame_line(text);
+  }
+
+  void start_next_frame() {
+    ++manifest.frames;
+    frame_steps = frame_iterations = 0;
+    frame_residual = 0.0;
+    frame_start = Clock::now();
+  }
+
+  void fill_totals(const Simulation& simulation) {
+    manifest.time = simulation.time();
+    manifest.finished = utc_now();
+    manifest.wall_seconds = seconds_since(run_start);
+    manifest.cpu_seconds = process_cpu_seconds();
+    manifest.peak_bytes = process_peak_bytes();
+    for (const std::string& phase : simulation.profile().phases())
+      manifest.phase_seconds[phase] = simulation.profile().seconds(phase);
+  }
+
+  void show_summary(const Profile& profile) {
+    progress.line("ended at t " + number_text(manifest.time) + " s after " +
+                  duration_text(manifest.wall_seconds) + " (" +
+                  duration_text(manifest.cpu_seconds) + " CPU), " +
+                  std::to_string(manifest.steps) + " steps, " + std::to_string(manifest.frames) +
+                  " frames, peak memory " + bytes_text(manifest.peak_bytes));
+    for (const std::string& phase : profile.phases()) {
+      const std::size_t depth = std::count(phase.begin(), phase.end(), '/');
+      const double s = profile.seconds(phase);
+      char text[160];
+      std::snprintf(text, sizeof text, "  %*s%-28s %9.2f s %5.1f %%", static_cast<int>(2 * depth),
+                    "", phase.c_str(), s, 100.0 * s / std::max(1e-9, manifest.wall_seconds));
+      progress.line(text);
+    }
+    progress.line("worst volume drift " + scientific(manifest.worst_volume_drift) +
+                  ", step halvings " + std::to_string(manifest.halvings) +
+                  ", worst iteration count " + std::to_string(manifest.worst_iterations));
+  }
+};
+
+RunWriter::RunWriter(RunSetup setup, const Simulation& simulation) {
+  check_frame_kinds(setup.frames);
+  impl_ = std::make_unique<Impl>(std::move(setup), simulation);
+}
+
+RunWriter::~RunWriter() = default;
+
+void RunWriter::on_step(const StepReport& report, const Simulation& simulation) {
+  Impl& d = *impl_;
+  d.stats.add(report, simulation.profile());
+  d.last = report;
+  if (!d.first_volume) d.first_volume = report.water_volume;
+
+  const int iterations = std::max(report.position.iterations, report.velocity.iterations);
+  const double residual = std::max(report.position.residual, report.velocity.residual);
+  ++d.frame_steps;
+  d.frame_iterations = std::max(d.frame_iterations, iterations);
+  d.frame_residual = std::max(d.frame_residual, residual);
+
+  Manifest& m = d.manifest;
+  ++m.steps;
+  m.halvings += report.halvings;
+  m.worst_iterations = std::max(m.worst_iterations, iterations);
+  if (std::abs(d.volume_drift()) > std::abs(m.worst_volume_drift))
+    m.worst_volume_drift = d.volume_drift();
+}
+
+void RunWriter::on_frame(Simulation& simulation) {
+  impl_->write_frame_files(simulation);
+  impl_->write_rows(simulation);
+  impl_->show_frame(simulation.time());
+  impl_->start_next_frame();
+}
+
+void RunWriter::finish(int exit_code, const std::string& reason, const Simulation& simulation) {
+  Impl& d = *impl_;
+  d.stats.flush();
+  d.bodies.flush();
+  d.fill_totals(simulation);
+  d.manifest.exit = exit_code;
+  d.manifest.reason = reason;
+  d.show_summary(simulation.profile());
+  if (!reason.empty()) d.progress.line(reason);
+  write_manifest(d.folder + "manifest.json", d.manifest);
+  if (exit_code == kExitDone)
+    write_file_atomically(d.folder + "done.stamp", d.manifest.finished + '\n');
+}
+
+void RunWriter::log(const std::string& line) { impl_->progress.line(line); }
+
+}  // namespace archetide

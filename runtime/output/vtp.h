@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "runtime/fluid/fluid_state.h"
+#include "runtime/output/surface_mesh.h"
+
+namespace archetide {
+
+/// VTK XML PolyData with raw appended data (header_type UInt64): points, triangles, point normals, `body` on points and cells (when the
+/// mesh has it), TimeValue. Atomic; throws MachineError.
+void write_vtp(const std::string& path, const SurfaceMesh& mesh, double time);
+
+/// Reads what write_vtp wrote. Throws FileError.
+SurfaceMesh read_vtp(const std::string& path);
+
+/// The marker particles as vertices with radius and sign.
+void write_particles_vtp(const std::string& path, const Particles& particles, double time);
+
+/// A ParaView collection file, one entry a frame, rewritten whole at each frame.
+class PvdIndex {
+ public:
+  explicit PvdIndex(std::string path) : path_(std::move(path)) {}
+  void add(double time, const std::string& file_name);
+
+ private:
+  std::string path_, entries_;
+};
+
+}  // namespace archetide

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/scene/scene_spec.h"
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Water volume against that of the first step.
+class VolumeDrift {
+ public:
+  /// V / V0 - 1 of this step; 0 without water.
+  double observe(const StepReport& report);
+
+ private:
+  double first_ = -1.0;  // V0, m^3; negative: not seen yet
+};
+
+struct ExpectationResult {
+  bool pass = false;
+  std::string text;  // "PASS expect.volume_drift: 0.0012, at most 0.05"
+};
+
+/// Watches a run and judges the scene's [expect] at its end.
+class Expectations {
+ public:
+  Expectations(ExpectSpec spec, double end_time);
+
+  void observe(const StepReport& report, const std::vector<ReducedBody>& bodies);
+  std::vector<ExpectationResult> evaluate() const;
+
+ private:
+  // Time averages of one body over its window.
+  struct BodyMeans {
+    double seconds = 0.0;  // s
+    double z = 0.0;        // integral of height, m s
+    double speed = 0.0;    // integral of speed, m
+  };
+
+  ExpectSpec spec_;
+  double end_time_;  // s
+  VolumeDrift drift_;
+  double worst_drift_ = 0.0, largest_deformation_ = 0.0;
+  int most_iterations_ = 0;
+  std::vector<BodyMeans> means_;  // one per spec_.bodies
+};
+
+}  // namespace archetide

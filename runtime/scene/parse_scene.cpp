@@ -1,0 +1,210 @@
+#include "runtime/scene/parse_scene.h"
+
+#include <filesystem>
+#include <numbers>
+
+#include "common/params.h"
+#include "runtime/scene/scene_schema.h"
+
+namespace archetide {
+namespace {
+
+using Complaints = std::vector<Diagnostic>;
+
+std::optional<double> optional_number(const Section& s, const std::string& path) {
+  return s.has(path) ? std::optional(s.number(path)) : std::nullopt;
+}
+
+// A path in a scene file is relative to the scene file.
+std::string resolved(const SceneSpec& scene, const std::string& path) {
+  return (std::filesystem::path(scene.directory) / path).lexically_normal().string();
+}
+
+BoxSpec parse_corners(const Section& s, const std::string& path, const Vec3& low, const Vec3& high,
+                      Complaints& bad) {
+  if ((low.array() > high.array()).any()) {
+    bad.push_back(s.error(path, "the first corner is not the low one", "expected low <= high"));
+  }
+  return {low, high};
+}
+
+WaterSpec parse_water(const Section& fluid, const SceneSpec& scene, Complaints& bad) {
+  WaterSpec water;
+  water.full = !fluid.has("water");
+  if (water.full) return water;
+  const Section s = fluid.section("water");
+  water.level = optional_number(s, "level");
+  for (const Section& box : s.sections("boxes")) {
+    water.boxes.push_back(parse_corners(box, "low", box.vec3("low"), box.vec3("high"), bad));
+  }
+  for (const Section& ball : s.sections("spheres")) {
+    water.spheres.push_back({ball.vec3("centre"), ball.number("radius")});
+  }
+  if (s.has("mesh")) water.mesh = resolved(scene, s.string("mesh"));
+  if (!water.level && water.boxes.empty() && water.spheres.empty() && water.mesh.empty()) {
+    bad.push_back(s.error("", "the table is empty",
+                          "give level, boxes, spheres or mesh; leave it out for a full tank"));
+  }
+  return water;
+}
+
+FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  FluidSpec fluid;
+  fluid.where = s.location();
+  fluid.cells = s.int_vec3("grid");
+  fluid.cell = s.number("cell");
+  fluid.origin = s.vec3("origin");
+  fluid.density = s.number("density");
+  fluid.water = parse_water(s, scene, bad);
+  const char* const sides[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+  const Section walls = s.section("walls");
+  for (int side = 0; side < 6; ++side) fluid.open[side] = walls.string(sides[side]) == "open";
+  if (s.has("particles")) fluid.particles_per_cell = s.integer("particles.per_cell");
+
+  const double height = fluid.cell * fluid.cells[2];
+  if (fluid.water.level.value_or(0.0) > height * (1.0 + 1e-12)) {
+    bad.push_back(s.error("water.level", "the water stands above the tank",
+                          "the tank is " + std::to_string(height) + " m high"));
+  }
+  if (fluid.cells.cast<double>().prod() > 2e9) {
+    bad.push_back(s.error("grid", "more than 2e9 cells", "use a coarser grid"));
+  }
+  return fluid;
+}
+
+Quat parse_rotation(const Section& s, Complaints& bad) {
+  if (!s.has("rotation")) return Quat::Identity();
+  const Section rotation = s.section("rotation");
+  const Vec3 axis = rotation.vec3("axis");
+  const double angle = rotation.number("degrees") * std::numbers::pi / 180.0;
+  if (axis.norm() > 0.0) return Quat(Eigen::AngleAxisd(angle, axis.normalized()));
+  bad.push_back(rotation.error("axis", "the axis has no length", ""));
+  return Quat::Identity();
+}
+
+// Keys that a body and the instances of a scatter share.
+BodySpec parse_instance(const Section& s, const SceneSpec& scene) {
+  BodySpec body;
+  body.where = s.location("archetype");
+  body.archetype = s.string("archetype");
+  if (body.archetype.ends_with(".h5")) body.archetype = resolved(scene, body.archetype);
+  body.velocity = s.vec3("velocity");
+  body.angular_velocity = s.vec3("angular_velocity");
+  body.density = optional_number(s, "density");
+  if (s.has("modes") && !s.is_string("modes")) body.modes = s.integer("modes");
+  body.modes_where = s.location("modes");
+  return body;
+}
+
+BodySpec parse_body(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  BodySpec body = parse_instance(s, scene);
+  if (s.has("name")) body.name = s.string("name");
+  body.position = s.vec3("position");
+  body.rotation = parse_rotation(s, bad);
+  return body;
+}
+
+ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  ScatterSpec scatter;
+  scatter.body = parse_instance(s, scene);
+  scatter.count = s.integer("count");
+  const std::vector<Vec3> corners = s.points("box");
+  if (corners.size() == 2) {
+    scatter.box = parse_corners(s, "box", corners[0], corners[1], bad);
+  } else {
+    bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
+  }
+  scatter.random_rotation = s.string("rotation") == "random";
+  scatter.seed = static_cast<unsigned>(s.integer("seed"));
+  scatter.gap = s.number("gap");
+  return scatter;
+}
+
+StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  StaticSpec obstacle;
+  obstacle.where = s.location("mesh");
+  obstacle.mesh = resolved(scene, s.string("mesh"));
+  obstacle.scale = s.number("scale");
+  obstacle.position = s.vec3("position");
+  obstacle.rotation = parse_rotation(s, bad);
+  return obstacle;
+}
+
+void parse_method(const Section& root, SceneSpec& scene) {
+  const Section step = root.section("step"), coupling = root.section("coupling");
+  scene.cfl = step.number("cfl");
+  scene.max_dt = step.number("max");
+  scene.scheme = step.string("scheme") == "single" ? Scheme::kSingle : Scheme::kNewmark;
+  scene.geometry =
+      coupling.string("geometry") == "voxel" ? Geometry::kVoxel : Geometry::kCutCell;
+  scene.tolerance = coupling.number("tolerance");
+  scene.max_iterations = coupling.integer("max_iterations");
+  scene.modal.step = coupling.string("modal_step") == "backward-euler" ? ModalStep::kBackwardEuler
+                                                                       : ModalStep::kTrapezoid;
+  scene.modal.mass = coupling.string("modal_mass") == "paper" ? ModalMass::kPaper : ModalMass::kExact;
+  scene.on_fail = coupling.string("on_fail") == "stop" ? OnFail::kStop : OnFail::kHalveStep;
+  scene.restitution = root.number("contact.restitution");
+  scene.friction = root.number("contact.friction");
+  root.boolean("contact.bodies");
+}
+
+ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
+  ExpectSpec expect;
+  expect.volume_drift = optional_number(s, "volume_drift");
+  if (s.has("iterations")) expect.iterations = s.integer("iterations");
+  expect.deformation_min = optional_number(s, "deformation_min");
+  expect.deformation_max = optional_number(s, "deformation_max");
+  for (const Section& b : s.sections("body")) {
+    const int index = b.integer("body");
+    if (index >= bodies) {
+      bad.push_back(b.error("body", "there is no body " + std::to_string(index),
+                            "the scene has " + std::to_string(bodies) + ", counted from 0"));
+    }
+    expect.bodies.push_back({b.location(), index, b.number("window"), optional_number(b, "z_min"),
+                             optional_number(b, "z_max"), optional_number(b, "speed_min"),
+                             optional_number(b, "speed_max")});
+  }
+  return expect;
+}
+
+SceneSpec to_scene(const Document& document, const std::string& path) {
+  const Section root = document.root();
+  const std::filesystem::path file(path);
+  SceneSpec scene;
+  Complaints bad;
+  scene.file = path;
+  scene.directory = file.has_parent_path() ? file.parent_path().string() : ".";
+  scene.name = root.has("name") ? root.string("name") : file.stem().stem().string();
+  scene.gravity = root.vec3("gravity");
+  scene.end_time = root.number("time.end");
+  scene.fps = root.number("time.fps");
+  parse_method(root, scene);
+  if (root.has("fluid")) scene.fluid = parse_fluid(root.section("fluid"), scene, bad);
+  for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
+  int instances = static_cast<int>(scene.bodies.size());
+  for (const Section& s : root.sections("scatter")) {
+    scene.scatters.push_back(parse_scatter(s, scene, bad));
+    instances += scene.scatters.back().count;
+  }
+  for (const Section& s : root.sections("static")) scene.statics.push_back(parse_static(s, scene, bad));
+  scene.frames = root.strings("output.frames");
+  scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
+  scene.expect = parse_expect(root.section("expect"), instances, bad);
+  scene.text = document.text();
+  throw_if_any(bad);
+  document.check_all_read();
+  return scene;
+}
+
+}  // namespace
+
+SceneSpec parse_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  return to_scene(Document::read(path, scene_schema(), overrides), path);
+}
+
+SceneSpec parse_scene_text(const std::string& text, const std::string& path,
+                           const std::vector<std::string>& overrides) {
+  return to_scene(Document::parse(text, path, scene_schema(), overrides), path);
+}
+
+}  // namespace archetide

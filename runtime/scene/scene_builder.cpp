@@ -1,0 +1,122 @@
+#include "runtime/scene/scene_builder.h"
+
+#include <algorithm>
+
+#include "runtime/scene/initial_water.h"
+#include "runtime/scene/obj_mesh.h"
+#include "runtime/scene/scatter.h"
+
+namespace archetide {
+namespace {
+
+TriMesh build_obstacle(const StaticSpec& spec) {
+  TriMesh mesh = read_closed_obj(spec.mesh);
+  for (Vec3& x : mesh.vertices) x = spec.position + spec.rotation * (spec.scale * x);
+  return mesh;
+}
+
+void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built) {
+  built.bodies.push_back(instantiate(spec, library.load(spec.archetype)));
+  const Archetype& archetype = *built.bodies.back().archetype;
+  built.body_names.push_back(spec.name.empty() ? archetype.name : spec.name);
+}
+
+void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltScene& built) {
+  std::vector<OccupiedBall> occupied;
+  for (const ReducedBody& body : built.bodies) {
+    occupied.push_back({body.position, bounding_radius(*body.archetype)});
+  }
+  const double radius = bounding_radius(*library.load(scatter.body.archetype));
+  for (const Placement& place : scatter_places(scatter, radius, occupied)) {
+    BodySpec body = scatter.body;
+    body.position = place.position;
+    body.rotation = place.rotation;
+    add_body(body, library, built);
+  }
+}
+
+}  // namespace
+
+SimulationOptions simulation_options(const SceneSpec& scene) {
+  SimulationOptions options;
+  options.gravity = scene.gravity;
+  if (scene.fluid) {
+    options.grid = tank_grid(*scene.fluid);
+    options.has_water = has_water(scene.fluid->water);
+    options.water_density = scene.fluid->density;
+    options.reference_point = scene.fluid->origin;
+    options.reference_point[2] = highest_water(*scene.fluid);
+    options.open_side = scene.fluid->open;
+    options.particles_per_cell = scene.fluid->particles_per_cell;
+  }
+  options.wall_contact = scene.fluid.has_value();
+  options.restitution = scene.restitution;
+  options.friction = scene.friction;
+  options.geometry = scene.geometry;
+  options.tolerance = scene.tolerance;
+  options.max_iterations = scene.max_iterations;
+  options.modal = scene.modal;
+  options.scheme = scene.scheme;
+  options.cfl = scene.cfl;
+  options.max_dt = scene.max_dt;
+  options.on_fail = scene.on_fail;
+  return options;
+}
+
+ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
+  const int stored = archetype->r();
+  if (spec.modes.value_or(0) > stored) {
+    throw InputError({{spec.modes_where,
+                       "the body asks for " + std::to_string(*spec.modes) + " modes, archetype " +
+                           spec.archetype + " stores " + std::to_string(stored),
+                       "ask for at most " + std::to_string(stored) +
+                           ", or raise modes.count in the body file and build it again"}});
+  }
+  ReducedBody body;
+  body.mass_scale = spec.density.value_or(archetype->density) / archetype->density;
+  body.archetype = std::move(archetype);
+  body.r = spec.modes.value_or(stored);
+  body.q = VecX::Zero(body.r);
+  body.q_dot = VecX::Zero(body.r);
+  body.position = spec.position;
+  body.rotation = spec.rotation;
+  const Configuration rest{body.rotation, body.q, body.q_dot};
+  const ConfigurationTerms terms = configuration_terms(body, rest, ModalMass::kExact);
+  body.P = terms.mass * spec.velocity;
+  body.L = terms.inertia * spec.angular_velocity;
+  return body;
+}
+
+double bounding_radius(const Archetype& archetype) {
+  double radius = 0.0;
+  for (const Vec3& x : archetype.surface.vertices) radius = std::max(radius, x.norm());
+  return radius;
+}
+
+BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
+  library.require_all(scene);
+  BuiltScene built;
+  built.options = simulation_options(scene);
+  std::vector<Diagnostic> bad;
+  const auto collect = [&bad](const auto& build) {
+    try {
+      build();
+    } catch (const InputError& error) {
+      bad.insert(bad.end(), error.diagnostics.begin(), error.diagnostics.end());
+    }
+  };
+  for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
+  for (const ScatterSpec& spec : scene.scatters) collect([&] { add_scatter(spec, library, built); });
+  for (const StaticSpec& spec : scene.statics) {
+    collect([&] { built.obstacles.push_back(build_obstacle(spec)); });
+  }
+  if (!bad.empty()) throw InputError(bad);
+  return built;
+}
+
+Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
+  return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
+                    std::move(built.obstacles));
+}
+
+}  // namespace archetide

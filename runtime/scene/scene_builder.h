@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/scene/archetype_library.h"
+#include "runtime/scene/scene_spec.h"
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Everything a Simulation starts from except the water's level set (large; initial_water.h makes it).
+struct BuiltScene {
+  SimulationOptions options;
+  std::vector<ReducedBody> bodies;
+  std::vector<std::string> body_names;  // one per body
+  std::vector<TriMesh> obstacles;       // closed, outward, world frame
+};
+
+/// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit them.
+BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library);
+
+/// The tank, the water and the method's options alone.
+SimulationOptions simulation_options(const SceneSpec& scene);
+
+/// One instance: pose, mass, P = m v, L = I w, modes at rest. Throws InputError when it asks for more modes than
+/// are stored.
+ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype);
+
+/// Radius about the centre of mass that holds the whole rest surface, m.
+double bounding_radius(const Archetype& archetype);
+
+/// build_scene, initial_fluid and the simulation itself.
+Simulation make_simulation(BuiltScene built, const SceneSpec& scene);
+
+}  // namespace archetide

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "common/schema.h"
+
+namespace archetide {
+
+/// Every key of a scene file: type, unit, range, default, meaning.
+const Schema& scene_schema();
+
+}  // namespace archetide

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/input_error.h"
+#include "common/types.h"
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+struct BoxSpec {
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // corners, m
+};
+struct SphereSpec {
+  Vec3 centre = Vec3::Zero();  // m
+  double radius = 0.0;         // m
+};
+
+/// Where the water is at the start: the union of everything given.
+struct WaterSpec {
+  bool full = true;             // no [fluid] water: the whole tank
+  std::optional<double> level;  // height above the floor of the tank, m
+  std::vector<BoxSpec> boxes;
+  std::vector<SphereSpec> spheres;
+  std::string mesh;  // path of a closed surface, or ""
+};
+
+struct FluidSpec {
+  SourceLocation where;
+  Vec3i cells = Vec3i::Zero();
+  double cell = 0.0;           // m
+  Vec3 origin = Vec3::Zero();  // low corner of the tank, m
+  double density = 1000.0;     // kg/m^3
+  WaterSpec water;
+  Sides open{};                // order of enum Side
+  int particles_per_cell = 0;  // 0: plain level set
+
+  Vec3 high() const { return origin + cell * cells.cast<double>(); }
+};
+
+/// One [[body]], or what all instances of a [[scatter]] share.
+struct BodySpec {
+  SourceLocation where;        // of the archetype key
+  std::string name;            // "" = the archetype's name
+  std::string archetype;       // name or path ending in .h5
+  Vec3 position = Vec3::Zero();      // of the centre of mass, m
+  Quat rotation = Quat::Identity();  // rest frame to world
+  Vec3 velocity = Vec3::Zero();          // of the centre of mass, m/s
+  Vec3 angular_velocity = Vec3::Zero();  // world frame, rad/s
+  std::optional<double> density;  // kg/m^3; absent: the archetype's
+  std::optional<int> modes;       // absent: all that are stored
+  SourceLocation modes_where;
+};
+
+struct ScatterSpec {
+  BodySpec body;  // archetype, velocity, density, modes of every instance
+  int count = 0;
+  BoxSpec box;                // of the centres of mass
+  bool random_rotation = true;
+  unsigned seed = 1;
+  double gap = 0.0;           // between bounding spheres, m
+};
+
+struct StaticSpec {
+  SourceLocation where;
+  std::string mesh;  // path
+  double scale = 1.0;
+  Vec3 position = Vec3::Zero();  // of the mesh's origin, m
+  Quat rotation = Quat::Identity();
+};
+
+/// What one body must show; means are over the last `window` of the run.
+struct BodyExpectation {
+  SourceLocation where;
+  int body = 0;          // index, [[body]] first, then the scattered ones
+  double window = 1.0 / 3.0;
+  std::optional<double> z_min, z_max;          // mean height of the centre of mass, m
+  std::optional<double> speed_min, speed_max;  // mean speed of the centre of mass, m/s
+};
+
+struct ExpectSpec {
+  std::optional<double> volume_drift;               // largest |V / V0 - 1|
+  std::optional<int> iterations;                    // most iterations of one solve
+  std::optional<double> deformation_min, deformation_max;  // largest deformation reached, 1
+  std::vector<BodyExpectation> bodies;
+};
+
+/// A scene file as plain structs; paths are resolved against the scene's folder.
+struct SceneSpec {
+  std::string file;       // as given
+  std::string directory;  // of the file
+  std::string name;
+  double end_time = 0.0;  // s
+  double fps = 24.0;      // frames per second of scene time
+  Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
+
+  double cfl = 1.0;      // cells a step
+  double max_dt = 1.0 / 24.0;  // s
+  Scheme scheme = Scheme::kNewmark;
+  Geometry geometry = Geometry::kCutCell;
+  double tolerance = 1e-8;
+  int max_iterations = 200;
+  ModalOptions modal;
+  OnFail on_fail = OnFail::kHalveStep;
+
+  std::optional<FluidSpec> fluid;
+  std::vector<BodySpec> bodies;
+  std::vector<ScatterSpec> scatters;
+  std::vector<StaticSpec> statics;
+  double restitution = 0.0, friction = 0.0;  // of the tank's walls
+  std::vector<std::string> frames;
+  std::optional<double> volume_drift_limit;  // largest |V / V0 - 1|
+  ExpectSpec expect;
+
+  std::string text;  // TOML of exactly this scene, overrides included
+};
+
+}  // namespace archetide

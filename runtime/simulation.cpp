@@ -1,0 +1,314 @@
+#include "runtime/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/input_error.h"
+#include "runtime/contact/wall_contact.h"
+#include "runtime/fluid/advection.h"
+#include "runtime/fluid/extrapolation.h"
+#include "runtime/fluid/surface.h"
+#include "runtime/statistics.h"
+
+namespace archetide {
+namespace {
+
+CouplingOptions coupling_options(const SimulationOptions& o) {
+  CouplingOptions c;
+  c.grid = o.grid;
+  c.has_water = o.has_water;
+  c.open_side = o.open_side;
+  c.hydrostatics = {o.water_density, o.gravity, o.reference_point};
+  c.geometry = o.geometry;
+  c.modal = o.modal;
+  c.solve = {o.tolerance, o.max_iterations};
+  return c;
+}
+
+WallContactOptions wall_options(const SimulationOptions& o, double dt) {
+  WallContactOptions w;
+  w.low = o.grid.low();
+  w.high = o.grid.high();
+  for (int s = 0; s < 6; ++s) w.closed[s] = !o.open_side[s];
+  w.restitution = o.restitution;
+  w.friction = o.friction;
+  w.tolerance = 1e-3 * o.grid.dx;
+  // What gravity adds in two steps is a body lying on the floor, not one that bounces.
+  const double g = o.gravity.norm();
+  w.resting_speed = std::max(std::sqrt(2.0 * g * w.tolerance), 2.0 * g * dt);
+  w.dt = dt;
+  w.modal = o.modal;
+  return w;
+}
+
+// Cells whose larger part is solid: phi is continued into them, particles die there.
+void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask) {
+  mask.resize(solids.cell.nx(), solids.cell.ny(), solids.cell.nz());
+  for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = solids.cell[n] > 0.5;
+}
+
+// Faces next to water: where the advected velocity is wanted.
+void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
+  if (target[0].size() == 0) target.resize(g, 0);
+  for (auto& component : target.axis) component.fill(0);
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i)
+        if (phi(i, j, k) < 0.0) {
+          target[0](i, j, k) = target[1](i, j, k) = 1;
+          target[2](i, j, k) = 1;
+        }
+  // The high faces in passes of their own, so that no two threads write one face.
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i)
+        if (phi(i, j, k) < 0.0) target[0](i + 1, j, k) = target[1](i, j + 1, k) = 1;
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i)
+        if (phi(i, j, k) < 0.0) target[2](i, j, k + 1) = 1;
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  SimulationOptions options;
+  FluidState fluid;
+  std::vector<ReducedBody> bodies;
+  std::vector<TriMesh> obstacles;
+  Coupling coupling;
+
+  std::vector<std::vector<ContactPoint>> resting;  // per body, points held by a wall
+  std::vector<BodyReach> reach;                    // per body, bounds its extent
+  std::vector<Vec3> water_impulse, water_angular_impulse;
+  FaceField<unsigned char> valid;                  // faces of fluid.u that mean something (layers count)
+  Array3<unsigned char> solid_cells;
+  FaceField<unsigned char> target;
+  MacField u_half, u_star;
+  long step_count = 0;
+  Profile profile;
+
+  Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b, std::vector<TriMesh> obs)
+      : options(std::move(o)), fluid(std::move(initial)), bodies(std::move(b)), obstacles(std::move(obs)),
+        coupling(coupling_options(options), obstacles), resting(bodies.size()),
+        water_impulse(bodies.size(), Vec3::Zero()), water_angular_impulse(bodies.size(), Vec3::Zero()) {
+    for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
+  }
+
+  bool has_water() const { return options.has_water && options.grid.cells() > 0; }
+  bool has_tank() const { return options.grid.cells() > 0; }
+  SurfaceOptions surface_options() const {
+    SurfaceOptions s;
+    s.particles_per_cell = options.particles_per_cell;
+    return s;
+  }
+  int extrapolation_layers() const { return static_cast<int>(std::ceil(options.cfl)) + 4; }
+
+  void prepare();
+  bool attempt(double dt, StepReport& report);
+  bool advance_positions(double dt, std::vector<Configuration>& middle,
+                         std::vector<std::vector<Vec3>>& mid_points, StepReport& report);
+  void resolve_contact(double dt, StepReport& report);
+  bool advance_velocities(double dt, const std::vector<Configuration>& middle,
+                          const std::vector<std::vector<Vec3>>& mid_points, StepReport& report);
+  void extrapolate(MacField& u, FaceField<unsigned char>& mask);
+  void fill_report(double dt, StepReport& report);
+};
+
+// First look at the scene: fractions, a clean level set, particles.
+void Simulation::Impl::prepare() {
+  if (!has_water()) return;
+  const Grid& g = options.grid;
+  if (fluid.u[0].size() == 0) fluid.u.resize(g, 0.0);
+  u_half.resize(g, 0.0);
+  u_star.resize(g, 0.0);
+  valid.resize(g, 1);
+  std::vector<StageBody> stage;
+  for (const ReducedBody& b : bodies) stage.push_back({&b, current_configuration(b), {}, {}});
+  coupling.update_geometry(stage);
+  mark_solid_cells(coupling.solids(), solid_cells);
+  prepare_surface(g, fluid, surface_options(), solid_cells);
+}
+
+void Simulation::Impl::extrapolate(MacField& u, FaceField<unsigned char>& mask) {
+  extrapolate_velocity(options.grid, u, mask, extrapolation_layers());
+  close_sides(options.grid, options.open_side, u);
+}
+
+// Stage 1: velocities at the half step move the bodies.
+bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
+                                         std::vector<std::vector<Vec3>>& mid_points, StepReport& report) {
+  ScopedTimer timer(profile, "positions");
+  if (has_water()) u_half = fluid.u;
+  std::vector<StageBody> stage;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, resting[b]});
+  std::vector<StageResult> results;
+  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage, u_half, results);
+  if (!report.position.converged) return false;
+  if (has_water()) {
+    valid = coupling.valid();
+    extrapolate(u_half, valid);
+  }
+  middle.clear();
+  mid_points.resize(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    std::vector<Vec3> before, &mid = mid_points[b];
+    surface_points(bodies[b], before);
+    middle.push_back(advance_pose(bodies[b], results[b].motion, results[b].y, dt));
+    surface_points(bodies[b], mid);
+    for (std::size_t v = 0; v < mid.size(); ++v) mid[v] = 0.5 * (before[v] + mid[v]);
+  }
+  return true;
+}
+
+// Between the stages: bodies against the walls on x^{n+1} and v^n.
+void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
+  if (!has_tank() || !options.wall_contact) return;
+  ScopedTimer timer(profile, "contact");
+  const WallContactOptions walls = wall_options(options, dt);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    resting[b].clear();
+    if (away_from_walls(bodies[b], reach[b], walls)) continue;
+    WallContactResult contact = resolve_wall_contacts(bodies[b], walls);
+    report.contacts += contact.contacts;
+    resting[b] = std::move(contact.resting);
+  }
+}
+
+// Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
+bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
+                                          const std::vector<std::vector<Vec3>>& mid_points,
+                                          StepReport& report) {
+  const Grid& g = options.grid;
+  if (has_water()) {
+    {
+      ScopedTimer timer(profile, "surface");
+      mark_solid_cells(coupling.solids(), solid_cells);
+      std::swap(fluid.u, u_half);
+      advance_surface(g, fluid, dt, surface_options(), solid_cells, step_count);
+      std::swap(fluid.u, u_half);
+    }
+    ScopedTimer timer(profile, "advection");
+    mark_water_faces(g, fluid.phi, target);
+    advect_velocity(g, u_half, fluid.u, dt, valid, target, u_star);
+  }
+  ScopedTimer timer(profile, "velocities");
+  std::vector<StageBody> stage;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    stage.push_back({&bodies[b], middle[b], mid_points[b], resting[b]});
+  std::vector<StageResult> results;
+  report.velocity = coupling.couple(Stage::kVelocityFull, dt, {&fluid.phi, has_water() ? &u_half : nullptr, 0.5 * dt},
+                                    stage, u_star, results);
+  if (!report.velocity.converged) return false;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
+    water_impulse[b] += results[b].water_impulse.head<3>();
+    water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
+  }
+  if (has_water()) {
+    std::swap(fluid.u, u_star);
+    valid = coupling.valid();
+    report.divergence = coupling.last_divergence();
+    extrapolate(fluid.u, valid);
+  }
+  return true;
+}
+
+bool Simulation::Impl::attempt(double dt, StepReport& report) {
+  std::vector<Configuration> middle;
+  std::vector<std::vector<Vec3>> mid_points;
+  if (!advance_positions(dt, middle, mid_points, report)) return false;
+  resolve_contact(dt, report);
+  return advance_velocities(dt, middle, mid_points, report);
+}
+
+void Simulation::Impl::fill_report(double dt, StepReport& r) {
+  ScopedTimer timer(profile, "statistics");
+  r.t = fluid.time;
+  r.dt = dt;
+  double fastest = 0.0;
+  for (const ReducedBody& b : bodies) {
+    add_body_statistics(b, options.gravity, r);
+    fastest = std::max(fastest, largest_surface_speed(b));
+  }
+  if (has_water()) {
+    add_water_statistics(options, fluid, coupling, r);
+    fastest = std::max(fastest, cfl_speed(fluid.u, &coupling.valid()));
+  }
+  r.max_speed = fastest;
+  r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
+}
+
+Simulation::Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
+                       std::vector<TriMesh> obstacles)
+    : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies), std::move(obstacles))) {
+  impl_->prepare();
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+double Simulation::stable_dt() const {
+  const SimulationOptions& o = impl_->options;
+  double dt = o.max_dt;
+  if (o.grid.cells() == 0) return dt;
+  double speed = 0.0;
+  for (const ReducedBody& b : impl_->bodies) speed = std::max(speed, largest_surface_speed(b));
+  if (impl_->has_water()) speed = std::max(speed, cfl_speed(impl_->fluid.u, &impl_->valid));
+  // speed dt + |g| dt^2 = cfl dx: what falls freely during the step counts as well
+  const double g = o.gravity.norm(), reach = o.cfl * o.grid.dx;
+  dt = std::min(dt, 2.0 * reach / (speed + std::sqrt(speed * speed + 4.0 * g * reach) + 1e-300));
+  // Waves of one cell, k = pi / dx: omega dt = sqrt(pi) < 2, the limit of the explicit surface.
+  if (impl_->has_water() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));
+  return dt;
+}
+
+StepReport Simulation::step(double dt) {
+  Impl& s = *impl_;
+  // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
+  const std::vector<ReducedBody> bodies = s.bodies;
+  const auto resting = s.resting;
+  const Array3<double> phi = s.fluid.phi;
+  const Particles particles = s.fluid.particles;
+  const FaceField<unsigned char> valid = s.valid;
+
+  constexpr int kMaxHalvings = 8;
+  for (int halvings = 0;; ++halvings, dt *= 0.5) {
+    StepReport report;
+    report.halvings = halvings;
+    if (s.attempt(dt, report)) {
+      s.fluid.time += dt;
+      ++s.step_count;
+      s.fill_report(dt, report);
+      demand_finite(s.bodies, report);
+      return report;
+    }
+    if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
+      throw NumericsError("the coupled solve did not converge at t = " + std::to_string(s.fluid.time) +
+                          " s (dt = " + std::to_string(dt) + " s, residual " +
+                          std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
+    s.bodies = bodies;
+    s.resting = resting;
+    s.fluid.phi = phi;
+    s.fluid.particles = particles;
+    s.valid = valid;
+  }
+}
+
+double Simulation::time() const { return impl_->fluid.time; }
+const SimulationOptions& Simulation::options() const { return impl_->options; }
+const FluidState& Simulation::fluid() const { return impl_->fluid; }
+const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
+std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
+const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
+const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }
+const Vec3& Simulation::water_angular_impulse(int b) const { return impl_->water_angular_impulse[b]; }
+void Simulation::reset_water_impulses() {
+  for (Vec3& v : impl_->water_impulse) v.setZero();
+  for (Vec3& v : impl_->water_angular_impulse) v.setZero();
+}
+const Profile& Simulation::profile() const { return impl_->profile; }
+
+}  // namespace archetide

@@ -1,0 +1,101 @@
+#include "runtime/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/input_error.h"
+#include "runtime/fluid/level_set.h"
+
+namespace archetide {
+namespace {
+
+// Largest modal displacement of a surface vertex over the body's radius.
+double deformation(const ReducedBody& body) {
+  if (body.r == 0) return 0.0;
+  const Archetype& a = *body.archetype;
+  const VecX u = a.surface_modes.leftCols(body.r) * body.q;
+  double largest = 0.0, size = 0.0;
+  for (std::size_t v = 0; v < a.surface.vertices.size(); ++v) {
+    largest = std::max(largest, u.segment<3>(3 * static_cast<Eigen::Index>(v)).norm());
+    size = std::max(size, a.surface.vertices[v].norm());
+  }
+  return largest / size;
+}
+
+}  // namespace
+
+void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& r) {
+  r.body_momentum += body.P;
+  r.body_angular_momentum += body.L + body.position.cross(body.P);
+  r.body_kinetic += kinetic_energy(body);
+  r.body_elastic += elastic_energy(body);
+  r.potential -= body.mass_scale * body.archetype->integrals.mass * gravity.dot(body.position);
+  r.max_deformation = std::max(r.max_deformation, deformation(body));
+}
+
+void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, const Coupling& coupling,
+                          StepReport& r) {
+  const Grid& g = o.grid;
+  Array3<double> open_cell(g.nx, g.ny, g.nz);
+  for (std::size_t n = 0; n < open_cell.size(); ++n)
+    open_cell[n] = std::clamp(1.0 - coupling.solids().cell[n], 0.0, 1.0);
+  r.water_volume = water_volume(g, fluid.phi, &open_cell);
+
+  // rho dx^3 w u over the faces between water cells; plane by plane so that threads do not change the sums
+  const double mass = o.water_density * g.dx * g.dx * g.dx;
+  for (int a = 0; a < 3; ++a) {
+    const Array3<double>&u = fluid.u[a], &w = coupling.open()[a];
+    const auto& solved = coupling.valid()[a];
+    std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0);
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < u.nz(); ++k)
+      for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k) + u.index(0, 0, 1); ++n)
+        if (solved[n] == 1) momentum[k] += mass * w[n] * u[n], energy[k] += 0.5 * mass * w[n] * u[n] * u[n];
+    for (int k = 0; k < u.nz(); ++k) r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
+  }
+  std::vector<double> potential(g.nz, 0.0);
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) {
+        const double level = fluid.phi(i, j, k) / g.dx;
+        const double fill = std::clamp(0.5 - level, 0.0, 1.0) * open_cell(i, j, k);
+        potential[k] -= mass * fill * o.gravity.dot(g.cell_centre(i, j, k));
+      }
+  for (double p : potential) r.potential += p;
+}
+
+double largest_surface_speed(const ReducedBody& body) {
+  const ConfigurationTerms terms = configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  const Archetype& a = *body.archetype;
+  const Mat3 R = body.rotation.toRotationMatrix();
+  const Vec3 spin = R.transpose() * frame_spin(terms, body.L, body.q_dot);
+  const Vec3 v = R.transpose() * body.P / terms.mass;
+  VecX x = VecX::Zero(a.surface_modes.rows()), x_dot = x;
+  if (body.r > 0) {
+    x = a.surface_modes.leftCols(body.r) * body.q;
+    x_dot = a.surface_modes.leftCols(body.r) * body.q_dot;
+  }
+  double fastest = 0.0;
+  for (std::size_t n = 0; n < a.surface.vertices.size(); ++n) {
+    const auto at = static_cast<Eigen::Index>(3 * n);
+    const Vec3 u = x_dot.size() ? Vec3(x_dot.segment<3>(at)) : Vec3(Vec3::Zero());
+    const Vec3 y = a.surface.vertices[n] + (x.size() ? Vec3(x.segment<3>(at)) : Vec3(Vec3::Zero()));
+    fastest = std::max(fastest, (v + spin.cross(y) + u).squaredNorm());
+  }
+  return std::sqrt(fastest);
+}
+
+void demand_finite(const std::vector<ReducedBody>& bodies, const StepReport& r) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const ReducedBody& body = bodies[b];
+    const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() && body.P.allFinite() &&
+                        body.L.allFinite() && body.q.allFinite() && body.q_dot.allFinite();
+    if (!finite)
+      throw NumericsError("body " + std::to_string(b) + " is no longer finite at t = " + std::to_string(r.t) + " s");
+  }
+  if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
+    throw NumericsError("the water is no longer finite at t = " + std::to_string(r.t) + " s");
+}
+
+}  // namespace archetide

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Momenta and energies of one body, added to the report.
+void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& report);
+
+/// Volume, momentum and energies of the water, added to the report.
+void add_water_statistics(const SimulationOptions& options, const FluidState& fluid,
+                          const Coupling& coupling, StepReport& report);
+
+/// Largest |velocity| of a surface vertex, m/s.
+double largest_surface_speed(const ReducedBody& body);
+
+/// Throws NumericsError naming the body and quantity if anything is not finite.
+void demand_finite(const std::vector<ReducedBody>& bodies, const StepReport& report);
+
+}  // namespace archetide

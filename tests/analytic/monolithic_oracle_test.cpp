@@ -1,0 +1,103 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/dense_eq45.h"
+#include "tests/support/dry_body.h"
+
+namespace archetide {
+namespace {
+
+// Relative difference of the fast path from Eq. 45: 1e-10 is asked for, the PCG tolerance is 1e-13.
+constexpr double kTolerance = 1e-10;
+
+struct Case {
+  int r;
+  int bodies;
+  ModalStep step;
+  ModalMass mass;
+};
+
+class MonolithicOracle : public ::testing::TestWithParam<Case> {};
+
+ReducedBody moving_body(const SyntheticBody& shape, int r, const Vec3& position, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const auto vec = [&](double s) { return Vec3(s * normal(random), s * normal(random), s * normal(random)); };
+  ReducedBody body = make_body(shape.archetype, r);
+  body.position = position;
+  body.rotation = Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  body.P = vec(20.0);
+  body.L = vec(2.0);
+  for (int i = 0; i < r; ++i) body.q[i] = 0.05 * normal(random), body.q_dot[i] = normal(random);
+  return body;
+}
+
+TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
+  const Case& c = GetParam();
+  std::mt19937 random(7 + c.r);
+  CoupledTank tank(12, 0.8);
+  tank.options.geometry = Geometry::kVoxel;
+  tank.options.open_side[kZMax] = true;
+  tank.options.solve.tolerance = 1e-13;
+  tank.options.modal = {c.step, c.mass};
+  std::vector<SyntheticBody> shapes;
+  std::vector<const SyntheticBody*> pointers;
+  const Vec3 positions[3] = {Vec3(-0.35, -0.35, -0.3), Vec3(0.4, 0.35, 0.3), Vec3(0.35, -0.4, -0.35)};
+  for (int b = 0; b < c.bodies; ++b) shapes.push_back(random_archetype(b + 1, std::max(c.r, 1)));
+  for (int b = 0; b < c.bodies; ++b) {
+    pointers.push_back(&shapes[b]);
+    tank.bodies.push_back(moving_body(shapes[b], c.r, positions[b], random));
+  }
+  std::normal_distribution<double> normal;
+  for (auto& component : tank.u.axis)
+    for (std::size_t n = 0; n < component.size(); ++n) component[n] = normal(random);
+  close_sides(tank.options.grid, tank.options.open_side, tank.u);
+
+  const double dt = 0.02;
+  const DenseSolution dense = solve_eq45(tank, pointers, dt);
+  Coupling coupling(tank.options, {});
+  std::vector<StageBody> stage;
+  for (const ReducedBody& b : tank.bodies) stage.push_back({&b, current_configuration(b), {}, {}});
+  MacField u = tank.u;
+  const SolveReport report =
+      coupling.couple(Stage::kVelocityFull, dt, {&tank.phi, nullptr, 0.0}, stage, u, tank.results);
+  EXPECT_TRUE(report.converged) << report.residual;
+
+  for (int b = 0; b < c.bodies; ++b)
+    EXPECT_LT((tank.results[b].y - dense.body[b]).norm() / dense.body[b].norm(), kTolerance) << "body " << b;
+
+  // Water velocities on the faces that both know, and the pressure.
+  const auto& valid = coupling.valid();
+  const auto& kind = coupling.system().matrix.kind;
+  const Array3<double>& pressure = coupling.last_pressure(Stage::kVelocityFull);
+  double p_difference = 0.0, p_norm = 0.0;
+  Eigen::Index unknown = 0;
+  for (std::size_t n = 0; n < kind.size(); ++n)
+    if (kind[n] == CellKind::kUnknown) {
+      p_difference = std::max(p_difference, std::abs(pressure[n] - dense.pressure[unknown]));
+      p_norm = std::max(p_norm, std::abs(dense.pressure[unknown++]));
+    }
+  ASSERT_EQ(unknown, dense.pressure.size());
+  EXPECT_LT(p_difference / p_norm, kTolerance);
+
+  double u_difference = 0.0, u_norm = 0.0;
+  for (const auto& [axis, at, value] : dense.faces)
+    if (valid[axis](at[0], at[1], at[2])) {
+      u_difference = std::max(u_difference, std::abs(u[axis](at[0], at[1], at[2]) - value));
+      u_norm = std::max(u_norm, std::abs(value));
+    }
+  EXPECT_GT(u_norm, 0.1);
+  EXPECT_LT(u_difference / u_norm, kTolerance);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Bodies, MonolithicOracle,
+    ::testing::Values(Case{0, 1, ModalStep::kTrapezoid, ModalMass::kExact},
+                      Case{1, 2, ModalStep::kTrapezoid, ModalMass::kExact},
+                      Case{2, 3, ModalStep::kBackwardEuler, ModalMass::kPaper},
+                      Case{3, 2, ModalStep::kBackwardEuler, ModalMass::kExact},
+                      Case{4, 2, ModalStep::kTrapezoid, ModalMass::kPaper},
+                      Case{5, 3, ModalStep::kBackwardEuler, ModalMass::kPaper}));
+
+}  // namespace
+}  // namespace archetide

@@ -1,0 +1,151 @@
+// Folders know each other in one direction only: the graph of the #include "..." lines against the
+// allowed edges.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "source_tree.h"
+
+namespace {
+
+using source_tree::Include;
+using Graph = std::map<std::string, std::set<std::string>>;
+
+const std::vector<std::string> kCode = {"common", "precompute", "runtime", "assets/generate"};
+
+/// Which folders a folder may include, besides itself. "runtime" is the files at its root, except
+/// main.cpp.
+const Graph& allowed() {
+  static const Graph graph = [] {
+    const std::set<std::string> method = {"common",          "runtime/grid",  "runtime/numerics",
+                                          "runtime/fluid",   "runtime/solid", "runtime/contact",
+                                          "runtime/coupling"};
+    std::set<std::string> users = method;
+    users.insert("runtime");
+    std::set<std::string> main = users;
+    main.insert({"runtime/scene", "runtime/output"});
+    return Graph{{"common", {}},
+                 {"assets/generate", {"common"}},
+                 {"precompute", {"common"}},
+                 {"runtime/grid", {"common"}},
+                 {"runtime/numerics", {"common", "runtime/grid"}},
+                 {"runtime/fluid", {"common", "runtime/grid"}},
+                 {"runtime/solid", {"common"}},
+                 {"runtime/contact", {"common", "runtime/grid", "runtime/solid"}},
+                 {"runtime/coupling",
+                  {"common", "runtime/grid", "runtime/numerics", "runtime/fluid", "runtime/solid",
+                   "runtime/contact"}},
+                 {"runtime", method},
+                 {"runtime/scene", users},
+                 {"runtime/output", users},
+                 {"runtime/main.cpp", main}};
+  }();
+  return graph;
+}
+
+/// The node of the graph that a file belongs to.
+std::string folder_of(const std::string& file) {
+  return file == "runtime/main.cpp" ? file : file.substr(0, file.find_last_of('/'));
+}
+
+/// Every include that leaves its folder against the allowed edges.
+std::vector<std::string> layering_faults(const std::vector<Include>& includes) {
+  std::vector<std::string> faults;
+  for (const Include& include : includes) {
+    const std::string from = folder_of(include.file), to = folder_of(include.target);
+    if (!include.quoted || from == to) continue;
+    const auto edges = allowed().find(from);
+    if (edges == allowed().end() || !edges->second.count(to))
+      faults.push_back(include.file + " may not include " + include.target);
+  }
+  return faults;
+}
+
+Graph folder_graph(const std::vector<Include>& includes) {
+  Graph graph;
+  for (const Include& include : includes) {
+    const std::string from = folder_of(include.file), to = folder_of(include.target);
+    if (include.quoted && from != to) graph[from].insert(to);
+  }
+  return graph;
+}
+
+/// What is left of a graph after taking away, again and again, the nodes without edges: empty
+/// without cycle.
+std::set<std::string> nodes_on_cycles(Graph graph) {
+  for (bool shrunk = true; shrunk;) {
+    shrunk = false;
+    for (auto& [node, edges] : graph)
+      shrunk |= std::erase_if(edges, [&](const auto& to) { return !graph.count(to); }) > 0;
+    shrunk |= std::erase_if(graph, [](const auto& entry) { return entry.second.empty(); }) > 0;
+  }
+  std::set<std::string> left;
+  for (const auto& [node, edges] : graph) left.insert(node);
+  return left;
+}
+
+}  // namespace
+
+TEST(IncludeGraph, HasNoEdgeThatTheArchitectureLacks) {
+  const auto includes = source_tree::includes_under(kCode);
+  ASSERT_GT(includes.size(), 100u);  // the tree was found
+  EXPECT_TRUE(layering_faults(includes).empty()) << source_tree::joined(layering_faults(includes));
+}
+
+TEST(IncludeGraph, HasNoCycleBetweenFolders) {
+  const auto cyclic = nodes_on_cycles(folder_graph(source_tree::includes_under(kCode)));
+  EXPECT_TRUE(cyclic.empty()) << source_tree::joined({cyclic.begin(), cyclic.end()});
+}
+
+TEST(IncludeGraph, NamesFilesFromTheTopFolder) {
+  for (const Include& include : source_tree::includes_under(kCode)) {
+    if (!include.quoted) continue;
+    EXPECT_TRUE(std::filesystem::is_regular_file(source_tree::root() / include.target))
+        << include.file << " includes " << include.target;
+  }
+}
+
+TEST(IncludeGraph, IsReadFromIncludeLinesOnly) {
+  const auto includes = source_tree::includes_of("runtime/a.cpp",
+                                                 "#include \"runtime/b.h\"\n  #include <vector>\n"
+                                                 "// #include \"runtime/c.h\"\n");
+  ASSERT_EQ(includes.size(), 2u);
+  EXPECT_EQ(includes[0].target, "runtime/b.h");
+  EXPECT_TRUE(includes[0].quoted);
+  EXPECT_EQ(includes[1].target, "vector");
+  EXPECT_FALSE(includes[1].quoted);
+}
+
+TEST(IncludeGraph, PlantedBadEdgesAreFound) {
+  const std::vector<Include> bad = {{"runtime/fluid/a.cpp", "runtime/solid/b.h"},
+                                    {"runtime/solid/a.h", "runtime/fluid/b.h"},
+                                    {"runtime/coupling/a.cpp", "runtime/simulation.h"},
+                                    {"runtime/output/a.cpp", "runtime/scene/b.h"},
+                                    {"precompute/a.cpp", "runtime/grid/grid.h"},
+                                    {"runtime/scene/a.cpp", "precompute/recipe.h"},
+                                    {"common/a.cpp", "precompute/recipe.h"},
+                                    {"runtime/new_folder/a.cpp", "common/types.h"}};
+  for (const Include& include : bad)
+    EXPECT_EQ(layering_faults({include}).size(), 1u) << include.file << " -> " << include.target;
+}
+
+TEST(IncludeGraph, AllowedEdgesAreNotFaults) {
+  const std::vector<Include> good = {{"runtime/scene/a.cpp", "runtime/simulation.h"},
+                                     {"runtime/main.cpp", "runtime/output/report.h"},
+                                     {"runtime/coupling/a.h", "runtime/fluid/b.h"},
+                                     {"precompute/a.cpp", "precompute/b.h"}};
+  EXPECT_TRUE(layering_faults(good).empty()) << source_tree::joined(layering_faults(good));
+}
+
+TEST(IncludeGraph, PlantedCycleIsFound) {
+  const Graph chain = {{"a", {"b"}}, {"b", {"c"}}};
+  EXPECT_TRUE(nodes_on_cycles(chain).empty());
+  Graph ring = chain;
+  ring["c"].insert("a");
+  EXPECT_EQ(nodes_on_cycles(ring), (std::set<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(nodes_on_cycles(allowed()).empty());
+}

@@ -1,0 +1,110 @@
+// A third-party library stays in the folder that needs it, behind headers that do not name it.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "source_tree.h"
+
+namespace {
+
+using source_tree::Include;
+
+/// Beginnings of third-party header names and the beginnings of the paths that may include them.
+const std::map<std::string, std::vector<std::string>>& homes() {
+  static const std::map<std::string, std::vector<std::string>> map = {
+      {"CGAL/", {"precompute/"}},
+      {"gmsh", {"precompute/"}},
+      {"arpack", {"precompute/"}},
+      {"suitesparse/", {"precompute/"}},
+      {"cholmod", {"precompute/"}},
+      {"umfpack", {"precompute/"}},
+      {"metis", {"precompute/"}},
+      {"cblas", {"precompute/"}},
+      {"lapack", {"precompute/"}},
+      {"hdf5", {"common/hdf5_file.cpp"}},
+      {"H5", {"common/hdf5_file.cpp"}},
+      {"toml++", {"common/param"}},
+      {"embree", {"runtime/output/"}},
+      {"png", {"runtime/output/"}},
+      {"tbb/", {"runtime/output/", "precompute/"}},
+      {"CLI/", {"common/cli.cpp", "precompute/main.cpp", "runtime/main.cpp"}},
+      {"nlohmann/", {"common/", "precompute/", "runtime/output/"}},
+  };
+  return map;
+}
+
+/// The paths where the header may be included, or null if it belongs to no third-party library
+/// listed.
+const std::vector<std::string>* homes_of(const std::string& header) {
+  for (const auto& [prefix, paths] : homes())
+    if (header.starts_with(prefix)) return &paths;
+  return nullptr;
+}
+
+bool is_third_party(const Include& include) {
+  return !include.quoted && homes_of(include.target) != nullptr;
+}
+
+/// Third-party includes outside their home.
+std::vector<std::string> misplaced(const std::vector<Include>& includes) {
+  std::vector<std::string> faults;
+  for (const Include& include : includes) {
+    if (!is_third_party(include)) continue;
+    bool at_home = false;
+    for (const std::string& path : *homes_of(include.target))
+      at_home |= include.file.starts_with(path);
+    if (!at_home) faults.push_back(include.file + " may not include <" + include.target + ">");
+  }
+  return faults;
+}
+
+std::string folder_of(const std::string& file) { return file.substr(0, file.find_last_of('/')); }
+
+/// A header that includes a third-party one is private to the .cpp files of its folder: any other
+/// file that includes it is a fault.
+std::vector<std::string> leaking(const std::vector<Include>& includes) {
+  std::set<std::string> private_headers;
+  for (const Include& include : includes)
+    if (is_third_party(include) && include.file.ends_with(".h"))
+      private_headers.insert(include.file);
+  std::vector<std::string> faults;
+  for (const Include& include : includes)
+    if (include.quoted && private_headers.count(include.target) &&
+        (include.file.ends_with(".h") || folder_of(include.file) != folder_of(include.target)))
+      faults.push_back(include.file + " may not include the private " + include.target);
+  return faults;
+}
+
+const std::vector<std::string> kCode = {"common", "precompute", "runtime", "assets/generate"};
+
+}  // namespace
+
+TEST(ThirdParty, LibrariesStayInTheirFolders) {
+  const auto faults = misplaced(source_tree::includes_under(kCode));
+  EXPECT_TRUE(faults.empty()) << source_tree::joined(faults);
+}
+
+TEST(ThirdParty, HeadersThatNameLibrariesArePrivate) {
+  const auto faults = leaking(source_tree::includes_under(kCode));
+  EXPECT_TRUE(faults.empty()) << source_tree::joined(faults);
+}
+
+TEST(ThirdParty, PlantedBadIncludesAreFound) {
+  EXPECT_EQ(misplaced({{"runtime/solid/a.cpp", "CGAL/Surface_mesh.h", false}}).size(), 1u);
+  EXPECT_EQ(misplaced({{"precompute/a.cpp", "hdf5.h", false}}).size(), 1u);
+  EXPECT_EQ(misplaced({{"runtime/scene/a.cpp", "toml++/toml.h", false}}).size(), 1u);
+  EXPECT_EQ(misplaced({{"runtime/grid/a.h", "png.h", false}}).size(), 1u);
+  EXPECT_TRUE(misplaced({{"precompute/a.cpp", "CGAL/Surface_mesh.h", false}}).empty());
+  EXPECT_TRUE(misplaced({{"runtime/grid/a.h", "vector", false}}).empty());
+}
+
+TEST(ThirdParty, PlantedLeaksAreFound) {
+  const Include inside = {"precompute/mesher.h", "CGAL/Surface_mesh.h", false};
+  EXPECT_EQ(leaking({inside, {"precompute/recipe.h", "precompute/mesher.h"}}).size(), 1u);
+  EXPECT_EQ(leaking({inside, {"common/a.cpp", "precompute/mesher.h"}}).size(), 1u);
+  EXPECT_TRUE(leaking({inside, {"precompute/a.cpp", "precompute/mesher.h"}}).empty());
+}

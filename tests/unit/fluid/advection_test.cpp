@@ -1,0 +1,139 @@
+#include "runtime/fluid/advection.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/fluid/fluid_test_support.h"
+
+namespace archetide {
+namespace {
+
+using test::unit_grid;
+
+// Solid rotation about the middle of the unit square, one turn per second.
+double rotation(int axis, const Vec3& x) {
+  return axis == 0 ? -(x[1] - 0.5) * 2 * M_PI : axis == 1 ? (x[0] - 0.5) * 2 * M_PI : 0.0;
+}
+
+// A smooth blob carried as the z component.
+double blob(const Vec3& x) {
+  return std::exp(-90 * Vec3(x[0] - 0.62, x[1] - 0.5, 0).squaredNorm());
+}
+
+double turned_blob_error(int n) {
+  const Grid g = unit_grid(n, n, 4, 1.0 / n);
+  const MacField u = test::sample_faces(g, rotation);
+  MacField f = test::sample_faces(g,
+                                  [](int a, const Vec3&x) { return a == 2 ? 1 + blob(x) : 0.0; }),
+           next(g);
+  const MacField exact = f;
+  const FaceField<unsigned char> all(g, 1);
+  FaceField<unsigned char> target(g, 0);
+  target[2].fill(1);
+  const int steps = 2 * n;
+  for (int s = 0; s < steps; ++s) {
+    advect_velocity(g, u, f, 1.0 / steps, all, target, next);
+    std::swap(f, next);
+  }
+  double error = 0.0;
+  for (std::size_t c = 0; c < f[2].size(); ++c)
+    error += std::abs(f[2][c] - exact[2][c]) / f[2].size();
+  return error;
+}
+
+TEST(VelocityAdvection, IsSecondOrderForASmoothBlob) {
+  const double e[3] = {turned_blob_error(32), turned_blob_error(64), turned_blob_error(128)};
+  std::printf("one turn: L1 error %.2e %.2e %.2e, order %.2f %.2f\n", e[0], e[1], e[2],
+              std::log2(e[0] / e[1]), std::log2(e[1] / e[2]));
+  EXPECT_GT(std::log2(e[1] / e[2]), 1.8);
+}
+
+TEST(VelocityAdvection, KeepsTheBoundsOfTheSource) {
+  const Grid g = unit_grid(24, 24, 24, 1.0 / 24);
+  const MacField u = test::sample_faces(g, rotation);
+  // A step function: an unlimited second-order scheme overshoots.
+  MacField f = test::sample_faces(
+               g, [](int, const Vec3&x) { return x[0] > 0.6 && x[1] > 0.4 ? 2.0 : -1.0; }),
+           next(g);
+  const FaceField<unsigned char> all(g, 1);
+  for (int s = 0; s < 30; ++s) {
+    advect_velocity(g, u, f, 0.01, all, all, next);
+    std::swap(f, next);
+    for (int a = 0; a < 3; ++a)
+      for (std::size_t n = 0; n < f[a].size(); ++n) {
+        ASSERT_GE(f[a][n], -1.0 - 1e-14);
+        ASSERT_LE(f[a][n], 2.0 + 1e-14);
+      }
+  }
+}
+
+TEST(VelocityAdvection, ConstantsSurviveInvalidFaces) {
+  const Grid g = unit_grid(20, 16, 12, 0.1);
+  const MacField u =
+      test::sample_faces(g, [](int a, const Vec3& x) { return std::sin(3 * x[0] + 5 * x[1] + a); });
+  MacField f(g, 0.7), result(g);
+  FaceField<unsigned char> valid(g, 1);
+  for (int a = 0; a < 3; ++a)
+    for (std::size_t n = 0; n < f[a].size(); n += 7) f[a][n] = 1e30, valid[a][n] = 0;
+  advect_velocity(g, u, f, 0.08, valid, valid, result);
+  for (int a = 0; a < 3; ++a)
+    for (std::size_t n = 0; n < f[a].size(); ++n)
+      ASSERT_NEAR(result[a][n], valid[a][n] ? 0.7 : 0.0, 1e-14);
+}
+
+TEST(VelocityAdvection, LeavesFacesOutsideTheTargetAlone) {
+  const Grid g = unit_grid(10, 10, 10, 0.1);
+  const MacField u(g, 0.5), f(g, 1.0);
+  MacField result(g, -8.0);
+  const FaceField<unsigned char> all(g, 1);
+  FaceField<unsigned char> target(g, 0);
+  for (int a = 0; a < 3; ++a) target[a](4, 5, 6) = 1;
+  advect_velocity(g, u, f, 0.05, all, target, result);
+  for (int a = 0; a < 3; ++a)
+    for (std::size_t n = 0; n < f[a].size(); ++n)
+      ASSERT_EQ(result[a][n], target[a][n] ? 1.0 : -8.0);
+}
+
+TEST(VelocityAdvection, StillWaterStaysStill) {
+  const Grid g = unit_grid(8, 8, 8, 0.1);
+  const MacField zero(g, 0.0);
+  MacField result(g, 1.0);
+  const FaceField<unsigned char> all(g, 1);
+  advect_velocity(g, zero, zero, 0.1, all, all, result);
+  EXPECT_EQ(max_speed(result), 0.0);
+}
+
+TEST(VelocityAdvection, HugeStepsEndAtTheTank) {
+  const Grid g = unit_grid(8, 9, 10, 0.1);
+  const MacField u = test::sample_faces(
+      g, [](int a, const Vec3& x) { return 100 * std::cos(20 * x[(a + 1) % 3]); });
+  MacField result(g);
+  const FaceField<unsigned char> all(g, 1);
+  advect_velocity(g, u, u, 10.0, all, all, result);
+  EXPECT_LE(max_speed(result), 100.0 + 1e-12);
+}
+
+TEST(VelocityAdvection, DoesNotDependOnTheNumberOfThreads) {
+  const Grid g = unit_grid(24, 20, 22, 0.1);
+  const MacField u = test::sample_faces(
+      g, [](int a, const Vec3& x) { return std::sin(3 * x[0] + 5 * x[1] * x[2] + a); });
+  FaceField<unsigned char> valid(g, 1);
+  for (std::size_t n = 0; n < valid[1].size(); n += 11) valid[1][n] = 0;
+  MacField one(g), two(g);
+  test::with_threads(1, [&] { advect_velocity(g, u, u, 0.1, valid, valid, one); });
+  test::with_threads(2, [&] { advect_velocity(g, u, u, 0.1, valid, valid, two); });
+  EXPECT_TRUE(test::same_bits(one, two));
+}
+
+TEST(CflSpeed, IsTheFastestMarkedFace) {
+  const Grid g = unit_grid(4, 4, 4, 1.0);
+  MacField u(g, 0.5);
+  u[1](2, 3, 1) = -7.0;
+  u[2](1, 1, 4) = 3.0;
+  EXPECT_EQ(cfl_speed(u), 7.0);
+  FaceField<unsigned char> mask(g, 1);
+  mask[1](2, 3, 1) = 0;
+  EXPECT_EQ(cfl_speed(u, &mask), 3.0);
+}
+
+}  // namespace
+}  // namespace archetide

@@ -1,0 +1,182 @@
+#include "runtime/fluid/surface.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/fluid/level_set.h"
+#include "tests/unit/fluid/fluid_test_support.h"
+
+namespace archetide {
+namespace {
+
+using test::sample_cells;
+using test::sample_faces;
+using test::unit_grid;
+
+const Array3<unsigned char> kNoSolid;
+
+FluidState state_of(const Grid& g, const SurfaceOptions& options, const Array3<double>& phi,
+                    const MacField& u) {
+  FluidState s;
+  s.phi = phi, s.u = u;
+  prepare_surface(g, s, options, kNoSolid);
+  return s;
+}
+
+TEST(Surface, FlatWaterAtRestIsUntouchedBitForBit) {
+  const Grid g = unit_grid(20, 16, 24, 0.05);
+  Array3<unsigned char> solid(20, 16, 24, 0);
+  for (int k = 0; k < 24; ++k)
+    for (int j = 0; j < 16; ++j)
+      for (int i = 0; i < 20; ++i)
+        solid(i, j, k) = test::sphere(g.cell_centre(i, j, k), Vec3(0.52, 0.4, 0.6), 0.2) < 0;
+  for (double height : {0.6, 0.6123, 0.625}) {
+    SurfaceOptions options;
+    options.particles_per_cell = 16;
+    FluidState s;
+    s.phi = sample_cells(g, [&](const Vec3& x) { return x[2] - height; });
+    s.u = MacField(g, 0.0);
+    prepare_surface(g, s, options, solid);
+    const Array3<double> before = s.phi;
+    for (int step = 0; step < 100; ++step) advance_surface(g, s, 0.01, options, solid, step);
+    EXPECT_TRUE(test::same_bits(s.phi, before)) << height;
+    EXPECT_EQ(max_speed(s.u), 0.0);
+  }
+}
+
+TEST(Surface, DoesNotDependOnTheNumberOfThreads) {
+  const Grid g = unit_grid(32, 28, 30, 1.0 / 32);
+  const auto flow = [](int a, const Vec3& x) { return std::sin(7 * x[(a + 1) % 3] + a); };
+  FluidState s[2];
+  SurfaceOptions options;
+  options.particles_per_cell = 8, options.reseed_every = 3;
+  for (int run : {0, 1})
+    test::with_threads(run + 1, [&] {
+      s[run] = state_of(
+          g, options,
+          sample_cells(g,
+                       [](const Vec3& x) { return test::sphere(x, Vec3(0.5, 0.45, 0.5), 0.25); }),
+          sample_faces(g, flow));
+      for (int step = 0; step < 7; ++step)
+        advance_surface(g, s[run], 0.02, options, kNoSolid, step);
+    });
+  EXPECT_TRUE(test::same_bits(s[0].phi, s[1].phi));
+  EXPECT_TRUE(test::same_bits(s[0].particles, s[1].particles));
+}
+
+TEST(Surface, WithoutCellsNothingHappens) {
+  FluidState s;
+  advance_surface(Grid(), s, 0.1, SurfaceOptions(), kNoSolid, 0);
+  EXPECT_EQ(s.phi.size(), 0u);
+}
+
+TEST(Surface, ASphereCarriedThroughTheTankKeepsItsVolume) {
+  // Radius 8 cells, carried diagonally by 0.5 tank widths at CFL 0.8; drift of the volume and of
+  // the centre.
+  const int n = 48;
+  const Grid g = unit_grid(n, n, n, 1.0 / n);
+  const Vec3 u(0.5, 0.4, 0.3), start(0.25, 0.3, 0.35);
+  for (int per_cell : {0, 16}) {
+    SurfaceOptions options;
+    options.particles_per_cell = per_cell;
+    FluidState s = state_of(
+        g, options, sample_cells(g, [&](const Vec3& x) { return test::sphere(x, start, 8.0 / n); }),
+        sample_faces(g, [&](int a, const Vec3&) { return u[a]; }));
+    const double before = water_volume(g, s.phi);
+    const int steps = 30;
+    for (int step = 0; step < steps; ++step)
+      advance_surface(g, s, 1.0 / steps, options, kNoSolid, step);
+    const double drift = water_volume(g, s.phi) / before - 1;
+    double error = 0.0;
+    for (int k = 0; k < n; ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const double exact = test::sphere(g.cell_centre(i, j, k), start + u, 8.0 / n);
+          if (std::abs(exact) < g.dx)
+            error = std::max(error, std::abs(s.phi(i, j, k) - exact) / g.dx);
+        }
+    std::printf("%d particles per cell: volume drift %+.4f %%, largest error %.3f dx\n", per_cell,
+                100 * drift, error);
+    EXPECT_LT(std::abs(drift), 5e-4);  // measured 4e-5
+    EXPECT_LT(error, 0.05);            // measured 0.013
+  }
+}
+
+double zalesak(const Vec3& x) {
+  const double dx = x[0] - 0.5, dy = x[1] - 0.75;
+  const double disk = std::hypot(dx, dy) - 0.15;
+  // Slot: |x - 0.5| < 0.025, y < 0.85.
+  const double slot = std::max(std::abs(dx) - 0.025, x[1] - 0.85);
+  return std::max(disk, -slot);
+}
+
+// Zalesak's disk turned once in a slab of 100 x 100 x 4 cells; relative change of its area.
+double zalesak_area_change(int per_cell) {
+  const Grid g = unit_grid(100, 100, 4, 0.01);
+  SurfaceOptions options;
+  options.particles_per_cell = per_cell;
+  FluidState s =
+      state_of(g, options, sample_cells(g, zalesak), sample_faces(g, [](int a, const Vec3& x) {
+                 return a == 0 ? 2 * M_PI * (0.5 - x[1]) : a == 1 ? 2 * M_PI * (x[0] - 0.5) : 0.0;
+               }));
+  const double before = water_volume(g, s.phi);
+  const int steps = 314;  // at most one cell a step at the disk's rim
+  for (int step = 0; step < steps; ++step)
+    advance_surface(g, s, 1.0 / steps, options, kNoSolid, step);
+  const double change = water_volume(g, s.phi) / before - 1;
+  double misplaced = 0.0;
+  for (int j = 0; j < 100; ++j)
+    for (int i = 0; i < 100; ++i)
+      misplaced += (s.phi(i, j, 2) < 0) != (zalesak(g.cell_centre(i, j, 2)) < 0);
+  std::printf("Zalesak, %d particles per cell: area %+.2f %%, misplaced cells %g of 582\n",
+              per_cell, 100 * change, misplaced);
+  return change;
+}
+
+TEST(SlowSurface, ZalesaksDiskKeepsItsArea) {
+  EXPECT_LT(std::abs(zalesak_area_change(32)), 0.02);  // measured 0.0016
+  EXPECT_LT(std::abs(zalesak_area_change(0)), 0.02);   // measured 0.0024
+}
+
+TEST(SlowSurface, ReversedVortexInABoxBringsTheDiskBack) {
+  const int n = 64;
+  const Grid g = unit_grid(n, n, 4, 1.0 / n);
+  const double period = 2.0;
+  for (int per_cell : {0, 32}) {
+    SurfaceOptions options;
+    options.particles_per_cell = per_cell;
+    const Array3<double> start =
+        sample_cells(g, [](const Vec3& x) { return std::hypot(x[0] - 0.5, x[1] - 0.75) - 0.15; });
+    // Stream function sin^2(pi x) sin^2(pi y) / pi on the corners: the face velocities are exactly
+    // divergence free.
+    const auto stream = [](double x, double y) {
+      return std::pow(std::sin(M_PI * x) * std::sin(M_PI * y), 2) / M_PI;
+    };
+    const MacField flow = sample_faces(g, [&](int a, const Vec3& x) {
+      const double h = 0.5 * g.dx;
+      return a == 0   ? -(stream(x[0], x[1] + h) - stream(x[0], x[1] - h)) / g.dx
+             : a == 1 ? (stream(x[0] + h, x[1]) - stream(x[0] - h, x[1])) / g.dx
+                      : 0.0;
+    });
+    FluidState s = state_of(g, options, start, flow);
+    const double before = water_volume(g, s.phi);
+    const int steps = 2 * n;
+    for (int step = 0; step < steps; ++step) {
+      const double factor = std::cos(M_PI * (step + 0.5) / steps);
+      for (int a = 0; a < 3; ++a)
+        for (std::size_t c = 0; c < flow[a].size(); ++c) s.u[a][c] = factor * flow[a][c];
+      advance_surface(g, s, period / steps, options, kNoSolid, step);
+    }
+    const double change = water_volume(g, s.phi) / before - 1;
+    double error = 0.0;
+    int count = 0;
+    for (std::size_t c = 0; c < start.size(); ++c)
+      if (std::abs(start[c]) < g.dx) error += std::abs(s.phi[c] - start[c]) / g.dx, ++count;
+    std::printf("vortex, %d particles per cell: area %+.2f %%, mean error %.3f dx\n", per_cell,
+                100 * change, error / count);
+    EXPECT_LT(std::abs(change), 0.02);  // measured 0.003 without particles, 0.003 with
+    EXPECT_LT(error / count, 0.25);     // measured 0.13 dx without particles, 0.06 dx with
+  }
+}
+
+}  // namespace
+}  // namespace archetide

@@ -1,0 +1,208 @@
+#include "precompute/build.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "common/input_error.h"
+#include "precompute/inspect.h"
+#include "precompute/tet_io.h"
+#include "precompute_test_meshes.h"
+
+namespace archetide {
+namespace {
+
+using testing_meshes::ScratchFolder;
+
+std::string bytes_of(const std::string& path) {
+  std::ostringstream out;
+  out << std::ifstream(path, std::ios::binary).rdbuf();
+  return out.str();
+}
+
+std::string as_off(const TriMesh& m) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "OFF " << m.vertices.size() << ' ' << m.triangles.size() << " 0\n";
+  for (const Vec3& x : m.vertices) text << x.transpose() << '\n';
+  for (const Vec3i& t : m.triangles) text << "3 " << t.transpose() << '\n';
+  return text.str();
+}
+
+std::string body_text(const std::string& mesh,
+                      const std::string& more = "modes = { count = 5 }\n") {
+  return "schema = 1\nmesh = \"" + mesh + "\"\nscale = 0.5\ntet = { target = 1500 }\n" +
+         "material = { density = 800.0, young = 1e5, poisson = 0.3 }\n" + more;
+}
+
+Archetype built(const std::string& path) {
+  Log log(Log::Level::kQuiet);
+  Profile profile;
+  return build_archetype(read_recipe(path), log, profile);
+}
+
+/// A ball of radius 0.5 m around (1, 2, 3): unit sphere at (2, 4, 6), scale 0.5.
+Archetype ball(const ScratchFolder& folder) {
+  TriMesh mesh = shapes::sphere(1.0, 3);
+  for (Vec3& x : mesh.vertices) x += Vec3(2, 4, 6);
+  folder.write("ball.off", as_off(mesh));
+  return built(folder.write("ball.body.toml", body_text("ball.off")));
+}
+
+TEST(Build, GivesABallItsMassCentreInertiaAndQuadrupoleFrequency) {
+  const ScratchFolder folder;
+  const Archetype a = ball(folder);
+  const double volume = 4.0 / 3.0 * std::numbers::pi * 0.125, mass = 800 * volume;
+  // A polyhedron of 1280 faces with the tets' own facets inside it: 2.5 % of the volume (measured
+  // below 2 %).
+  EXPECT_NEAR(a.volume, volume, 0.03 * volume);
+  EXPECT_NEAR(a.integrals.mass, 800 * a.volume, 1e-9 * mass);
+  EXPECT_LT((a.centre - Vec3(1, 2, 3)).norm(), 2e-3);
+  const double expected = 0.4 * mass * 0.25;  // 2/5 m R^2
+  const Mat3 inertia = a.integrals.Sxx.trace() * Mat3::Identity() - a.integrals.Sxx;
+  EXPECT_LT((inertia - expected * Mat3::Identity()).norm(), 0.06 * expected);
+  // Free elastic sphere, nu 0.3: the lowest mode is torsional, n = 2, omega R / c_s = 2.501 (Lamb).
+  // Linear tets this coarse are too stiff by up to 10 %.
+  const double c_s = std::sqrt(1e5 / (2 * 1.3) / 800);
+  const double x = std::sqrt(a.omega2[0]) * 0.5 / c_s;
+  EXPECT_GT(x, 2.50);
+  EXPECT_LT(x, 2.75);
+  EXPECT_LT(a.residuals.maxCoeff(), 1e-8);
+}
+
+TEST(Build, CentresTheRestShapeAndSamplesItsSurface) {
+  const ScratchFolder folder;
+  const Archetype a = ball(folder);
+  EXPECT_LT(enclosed_centroid(a.surface).norm(), 1e-12);
+  EXPECT_NEAR(enclosed_volume(a.surface), a.volume, 1e-12);
+  EXPECT_LT(a.sdf.value(Vec3::Zero()), -0.45);
+  for (std::size_t v = 0; v < a.surface.vertices.size(); ++v) {
+    EXPECT_EQ(a.surface.vertices[v], a.tets.nodes[a.surface_to_node[v]]);
+    EXPECT_LT(std::abs(a.sdf.value(a.surface.vertices[v])), a.sdf.spacing);
+    EXPECT_GT(a.surface_normals[v].dot(a.surface.vertices[v]), 0.0);
+    for (int k = 0; k < a.r(); ++k) {
+      EXPECT_EQ(a.surface_modes(3 * v + 1, k), a.node_modes(3 * a.surface_to_node[v] + 1, k));
+    }
+  }
+}
+
+TEST(Build, IsReproducibleByteForByte) {
+  const ScratchFolder folder;
+  write_archetype(folder.file("a.h5"), ball(folder));
+  write_archetype(folder.file("b.h5"), ball(folder));
+  EXPECT_EQ(bytes_of(folder.file("a.h5")), bytes_of(folder.file("b.h5")));
+}
+
+TEST(Build, TakesTetsOfAMshFile) {
+  const ScratchFolder folder;
+  // A cube of 2 x 2 x 2 boxes of six tets each, the second node of one tet swapped to make it
+  // negative.
+  std::ostringstream msh;
+  msh << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n27\n";
+  for (int i = 0; i < 27; ++i)
+    msh << i + 1 << ' ' << i % 3 << ' ' << i / 3 % 3 << ' ' << i / 9 << '\n';
+  msh << "$EndNodes\n$Elements\n48\n";
+  const int way[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
+                         {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
+  int element = 0;
+  for (int box = 0; box < 8; ++box) {
+    for (const auto& tet : way) {
+      msh << ++element << " 4 2 1 1";
+      for (int c = 0; c < 4; ++c) {
+        const int corner = tet[element == 5 && c > 0 && c < 3 ? 3 - c : c];
+        const int x = (box & 1) + (corner & 1), y = (box >> 1 & 1) + (corner >> 1 & 1),
+                  z = (box >> 2) + (corner >> 2);
+        msh << ' ' << 1 + x + 3 * y + 9 * z;
+      }
+      msh << '\n';
+    }
+  }
+  msh << "$EndElements\n";
+  folder.write("cube.msh", msh.str());
+  const Archetype a = built(folder.write("cube.body.toml", body_text("cube.msh")));
+  EXPECT_EQ(a.mesher, "input");
+  EXPECT_EQ(a.tets.tets.size(), 48u);
+  EXPECT_NEAR(a.volume, 1.0, 1e-14);  // 2^3 scaled by 0.5^3
+  EXPECT_LT((a.centre - Vec3(0.5, 0.5, 0.5)).norm(), 1e-14);
+  EXPECT_EQ(a.surface.triangles.size(), 48u);
+}
+
+TEST(Build, RefusesBadMeshFilesWithTheirNames) {
+  const ScratchFolder folder;
+  const auto refusal = [&](const std::string& mesh) {
+    try {
+      built(folder.write("bad.body.toml", body_text(mesh)));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  TriMesh open = shapes::sphere(1.0, 2);
+  open.triangles.pop_back();
+  folder.write("open.off", as_off(open));
+  EXPECT_NE(refusal("open.off").find("open.off: error: the surface is open: 3 boundary edges"),
+            std::string::npos);
+  folder.write("empty.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n");
+  EXPECT_NE(refusal("empty.msh").find("no tetrahedra"), std::string::npos) << refusal("empty.msh");
+  EXPECT_NE(refusal("duck.glb").find("bad.body.toml:2:8: error: unknown kind of mesh file"),
+            std::string::npos);
+  EXPECT_THROW(built(folder.write("bad.body.toml", body_text("missing.obj"))), FileError);
+  EXPECT_THROW(built(folder.write("bad.body.toml", body_text("missing.msh"))), FileError);
+}
+
+TEST(Build, DepfileNamesBodyAndMesh) {
+  const ScratchFolder folder;
+  Recipe recipe;
+  recipe.path = "bodies/my duck.body.toml";
+  recipe.mesh_path = "meshes/duck.obj";
+  write_depfile(folder.file("d"), "out/duck.h5", recipe);
+  EXPECT_EQ(bytes_of(folder.file("d")),
+            "out/duck.h5: bodies/my\\ duck.body.toml meshes/duck.obj\n"
+            "bodies/my\\ duck.body.toml:\nmeshes/duck.obj:\n");
+}
+
+TEST(Inspect, JsonHasThePromisedKeys) {
+  const ScratchFolder folder;
+  Archetype a = ball(folder);
+  a.content_hash = "abc";
+  const nlohmann::json info = nlohmann::json::parse(info_json(a, 1234));
+  EXPECT_EQ(info.at("volume"), a.volume);
+  EXPECT_EQ(info.at("mass"), a.integrals.mass);
+  EXPECT_EQ(info.at("center").at(2), a.centre[2]);
+  EXPECT_NEAR(info.at("inertia").at(1).at(1).get<double>(),
+              a.integrals.Sxx(0, 0) + a.integrals.Sxx(2, 2), 1e-12);
+  EXPECT_NEAR(info.at("frequencies_hz").at(0).get<double>(),
+              std::sqrt(a.omega2[0]) / (2 * std::numbers::pi), 1e-12);
+  EXPECT_EQ(info.at("residuals").size(), 5u);
+  EXPECT_EQ(info.at("quality").at("min_dihedral_deg"), a.min_dihedral);
+  EXPECT_EQ(info.at("hash"), "abc");
+  EXPECT_EQ(info.at("bytes"), 1234);
+}
+
+TEST(Inspect, VtuHoldsTheDisplacedNodes) {
+  const ScratchFolder folder;
+  const Archetype a = ball(folder);
+  write_vtu(folder.file("m.vtu"), a, 2, 0.05);
+  const std::string bytes = bytes_of(folder.file("m.vtu"));
+  const std::size_t n = a.tets.nodes.size(),
+                    start = bytes.find('_', bytes.find("<AppendedData")) + 1;
+  std::uint64_t length = 0;
+  std::memcpy(&length, bytes.data() + start, 8);
+  ASSERT_EQ(length, 24 * n);
+  // The first array is the displacement, the second the points.
+  std::vector<Vec3> u(n), x(n);
+  std::memcpy(static_cast<void*>(u.data()), bytes.data() + start + 8, length);
+  std::memcpy(static_cast<void*>(x.data()), bytes.data() + start + 16 + length, length);
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    EXPECT_EQ(x[i], a.tets.nodes[i] + u[i]);
+    farthest = std::max(farthest, u[i].norm());
+  }
+  EXPECT_NEAR(farthest, 0.05, 1e-15);
+  EXPECT_THROW(write_vtu(folder.file("m.vtu"), a, 6, 0.05), InputError);
+}
+
+}  // namespace
+}  // namespace archetide

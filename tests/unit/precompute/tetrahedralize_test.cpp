@@ -1,0 +1,150 @@
+#include "precompute/tetrahedralize.h"
+
+#include <gtest/gtest.h>
+
+#include "common/input_error.h"
+#include "precompute/restore_volume.h"
+#include "tests/unit/precompute/shapes.h"
+
+namespace archetide {
+namespace {
+
+TetrahedralizeOptions with(Mesher mesher, int target) {
+  TetrahedralizeOptions options;
+  options.mesher = mesher;
+  options.target = target;
+  return options;
+}
+
+std::vector<TriMesh> bodies() {
+  return {shapes::sphere(0.5, 3), shapes::torus(0.25, 0.1, 40, 20), shapes::box({1, 1, 1}, 4)};
+}
+
+TEST(Tetrahedralize, CgalHitsTargetVolumeAndQuality) {
+  for (const TriMesh& surface : bodies()) {
+    const TetrahedralizeResult body = tetrahedralize(surface, with(Mesher::kCgal, 3000));
+    EXPECT_NEAR(body.quality.tets, 3000, 0.2 * 3000);
+    EXPECT_GE(body.quality.min_dihedral, 8.0);  // perturbed to 12, then moved to restore the volume
+    EXPECT_GE(body.quality.min_radius_ratio, 0.05);
+    EXPECT_EQ(body.quality.inverted, 0);
+    EXPECT_EQ(body.quality.components, 1);
+    // Newton on a cubic in the move, from at most -3 %.
+    EXPECT_LT(std::abs(body.quality.volume_error), 1e-6);
+  }
+}
+
+TEST(Tetrahedralize, GmshKeepsTheSurfaceTriangles) {
+  const TriMesh surface = shapes::sphere(0.5, 3);
+  const TetrahedralizeResult body = tetrahedralize(surface, with(Mesher::kGmsh, 6000));
+  std::vector<int> nodes;
+  EXPECT_EQ(boundary_surface(body.mesh, nodes).triangles.size(), surface.triangles.size());
+  EXPECT_NEAR(body.quality.volume_error, 0.0, 1e-12);
+}
+
+TEST(Tetrahedralize, SharpEdgesOfABoxSurvive) {
+  const TetrahedralizeResult body =
+      tetrahedralize(shapes::box({1, 1, 1}, 4), with(Mesher::kCgal, 3000));
+  EXPECT_LT(std::abs(body.raw_volume_error), 1e-9);
+  for (double x : {0.0, 1.0})
+    for (double y : {0.0, 1.0})
+      for (double z : {0.0, 1.0}) {
+        double nearest = 1.0;
+        for (const Vec3& node : body.mesh.nodes)
+          nearest = std::min(nearest, (node - Vec3(x, y, z)).norm());
+        EXPECT_LT(nearest, 1e-9);
+      }
+}
+
+TEST(Tetrahedralize, SameInputGivesTheSameMesh) {
+  const TriMesh surface = shapes::torus(0.25, 0.1, 40, 20);
+  for (Mesher mesher : {Mesher::kCgal, Mesher::kGmsh}) {
+    const TetMesh a = tetrahedralize(surface, with(mesher, 4000)).mesh;
+    const TetMesh b = tetrahedralize(surface, with(mesher, 4000)).mesh;
+    EXPECT_TRUE(a.nodes == b.nodes);
+    EXPECT_TRUE(a.tets == b.tets);
+  }
+}
+
+TEST(Tetrahedralize, OpenOrInsideOutSurfacesAreRefused) {
+  TriMesh open = shapes::sphere(1.0, 2);
+  open.triangles.pop_back();
+  EXPECT_THROW(tetrahedralize(open, with(Mesher::kCgal, 1000)), InputError);
+  TriMesh inward = shapes::sphere(1.0, 2);
+  for (Vec3i& t : inward.triangles) std::swap(t[0], t[1]);
+  EXPECT_THROW(tetrahedralize(inward, with(Mesher::kGmsh, 1000)), InputError);
+  EXPECT_THROW(tetrahedralize(TriMesh{}, with(Mesher::kCgal, 1000)), InputError);
+}
+
+TEST(Tetrahedralize, BadTrianglesAreRefusedByGmshAndRepairedByCgal) {
+  TriMesh surface = shapes::sphere(1.0, 3);
+  // A needle: one vertex nearly on top of its neighbour.
+  const Vec3i t = surface.triangles[100];
+  surface.vertices[t[0]] =
+      (0.03 * surface.vertices[t[0]] + 0.97 * surface.vertices[t[1]]).normalized();
+  try {
+    tetrahedralize(surface, with(Mesher::kGmsh, 5000));
+    FAIL() << "gmsh keeps the needle, so the gate must refuse";
+  } catch (const NumericsError& error) {
+    EXPECT_NE(std::string(error.what()).find("cgal"), std::string::npos) << error.what();
+  }
+  EXPECT_NO_THROW(tetrahedralize(surface, with(Mesher::kCgal, 5000)));
+}
+
+TEST(RestoreVolume, MovesACoarseBallOntoItsVolumeAndLeavesABoxAlone) {
+  TetrahedralizeResult ball = tetrahedralize(shapes::sphere(1.0, 4), with(Mesher::kCgal, 1000));
+  EXPECT_LT(ball.raw_volume_error, -0.01);  // chords inside the sphere: measured -4 %
+  EXPECT_LT(std::abs(ball.quality.volume_error), 1e-6);
+  TetMesh box = shapes::tet_box(3, 3, 3, 1.0);
+  const std::vector<Vec3> before = box.nodes;
+  restore_volume(box, 27.0);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_LT((box.nodes[i] - before[i]).norm(), 1e-12);
+}
+
+TEST(Quality, MeasuresARegularTet) {
+  const TetMesh mesh{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 1, 3, 2}}};
+  const TetQuality q = measure_quality(mesh, 0.0);
+  EXPECT_NEAR(std::abs(q.volume), 8.0 / 3.0, 1e-14);
+  EXPECT_EQ(q.inverted, q.volume < 0.0 ? 1 : 0);
+  TetMesh turned = mesh;
+  if (q.inverted) std::swap(turned.tets[0][0], turned.tets[0][1]);
+  const TetQuality good = measure_quality(turned, 8.0 / 3.0);
+  EXPECT_NEAR(good.min_dihedral, 70.528779365509, 1e-9);  // arccos(1/3)
+  EXPECT_NEAR(good.min_radius_ratio, 1.0, 1e-13);
+  EXPECT_NEAR(good.volume_error, 0.0, 1e-14);
+  EXPECT_TRUE(quality_complaints(good, {}).empty());
+}
+
+TEST(Quality, NamesEveryDefect) {
+  const TetMesh cube = shapes::tet_box(1, 1, 1, 1.0);
+  EXPECT_TRUE(quality_complaints(measure_quality(cube, 1.0), {}).empty());
+  TetMesh inverted = cube;
+  std::swap(inverted.tets[2][0], inverted.tets[2][1]);
+  EXPECT_EQ(measure_quality(inverted, 1.0).inverted, 1);
+  TetMesh flat = cube;
+  for (Vec3& x : flat.nodes) x[2] *= 0.01;
+  const TetQuality thin = measure_quality(flat, 0.0101);
+  EXPECT_LT(thin.min_dihedral, 1.0);
+  EXPECT_THROW(require_quality(thin, {}, "cgal", "hint"), NumericsError);
+  EXPECT_FALSE(quality_complaints(measure_quality(cube, 1.02), {}).empty());  // volume off by 2 %
+}
+
+TEST(Quality, FindsPinchedEdgesNodesAndComponents) {
+  // Two tets that share an edge, and two that share a node only.
+  const TetMesh edge{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                     {{0, 2, 3, 1}, {0, 4, 5, 1}}};
+  const TetQuality hinged = measure_quality(edge, 0.0);
+  EXPECT_EQ(hinged.components, 2);
+  EXPECT_EQ(hinged.inverted, 0);
+  EXPECT_EQ(hinged.nonmanifold_edges, 1);
+  const TetMesh node{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
+      {{0, 1, 2, 3}, {0, 5, 4, 6}}};
+  const TetQuality pinched = measure_quality(node, 0.0);
+  EXPECT_EQ(pinched.inverted, 0);
+  EXPECT_EQ(pinched.nonmanifold_edges, 0);
+  EXPECT_EQ(pinched.nonmanifold_nodes, 1);
+}
+
+}  // namespace
+}  // namespace archetide

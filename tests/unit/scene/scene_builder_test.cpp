@@ -1,0 +1,184 @@
+#include "runtime/scene/scene_builder.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/scene/initial_water.h"
+#include "runtime/scene/parse_scene.h"
+#include "runtime/scene/scatter.h"
+#include "scene_test_support.h"
+
+namespace archetide {
+namespace {
+
+const char* const kHead = "schema = 1\ntime = { end = 1.0 }\n";
+
+// A scene folder with one archetype, "tetra".
+class BuildScene : public testing::Test {
+ protected:
+  BuildScene() { write_archetype(folder_ / "tetra.h5", tetrahedron_archetype("tetra")); }
+
+  BuiltScene build(const std::string& text) {
+    folder_.write("s.scene.toml", kHead + text);
+    ArchetypeLibrary library(folder_.path(), folder_.path());
+    return build_scene(parse_scene(folder_ / "s.scene.toml"), library);
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(BuildScene, MomentaFollowFromVelocitiesAndDensity) {
+  const BuiltScene built = build(R"([[body]]
+    archetype = "tetra"
+    position = [1, 2, 3]
+    rotation = { axis = [0, 0, 1], degrees = 90 }
+    velocity = [0, 0, -2]
+    angular_velocity = [0, 0, 3]
+    density = 800)");
+  const ReducedBody& body = built.bodies.at(0);
+  const double mass = 800.0 / 6.0;  // density times the volume of the unit corner tetrahedron
+  EXPECT_DOUBLE_EQ(body.mass_scale, 2.0);
+  EXPECT_NEAR((body.P - Vec3(0, 0, -2 * mass)).norm(), 0.0, 1e-12 * mass);
+  // Corner tetrahedron about its centroid: int x^2 = 1/160 each, int x y = -1/480; turning about z by 90 degrees flips
+  // the sign of I_yz only. L = I w with w = 3 z: I_zz = 2/160, I_xz = 1/480 rho w, I_yz likewise.
+  const Vec3 L = 800.0 * 3.0 * Vec3(-1.0 / 480, 1.0 / 480, 2.0 / 160);
+  EXPECT_NEAR((body.L - L).norm(), 0.0, 1e-12 * L.norm());
+  EXPECT_EQ(body.r, 2);  // all that are stored
+  EXPECT_EQ(body.q, VecX::Zero(2));
+  EXPECT_EQ(built.body_names.at(0), "tetra");
+}
+
+TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
+  const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
+  EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);
+  EXPECT_EQ(build(body + "1").bodies.at(0).q.size(), 1);
+  const std::string text = message_of<InputError>([&] { build(body + "3\n" + body + "4\n"); });
+  expect_contains(text, "s.scene.toml:6:9: error: the body asks for 3 modes, archetype tetra stores 2");
+  expect_contains(text, "asks for 4 modes");
+}
+
+TEST_F(BuildScene, MissingArchetypesAreNamedTogetherAsFileError) {
+  const std::string text = message_of<FileError>([&] {
+    build("[[body]]\narchetype = \"toros\"\nposition = [0, 0, 0]\n"
+          "[[body]]\narchetype = \"gone.h5\"\nposition = [0, 0, 0]\n");
+  });
+  expect_contains(text, "s.scene.toml:4:13: error: there is no archetype file " + (folder_ / "toros.h5"));
+  expect_contains(text, "make -f pipeline.mk bodies");
+  expect_contains(text, folder_ / "gone.h5");
+}
+
+TEST_F(BuildScene, DamagedArchetypeIsAFileError) {
+  folder_.write("bad.h5", "not HDF5");
+  EXPECT_THROW(build("[[body]]\narchetype = \"bad\"\nposition = [0, 0, 0]\n"), FileError);
+}
+
+TEST_F(BuildScene, InstancesShareOneArchetype) {
+  const BuiltScene built = build("[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\n"
+                                 "[[body]]\narchetype = \"tetra\"\nposition = [5, 0, 0]\n");
+  EXPECT_EQ(built.bodies[0].archetype.get(), built.bodies[1].archetype.get());
+}
+
+TEST_F(BuildScene, TankAndWaterBecomeOptions) {
+  const BuiltScene built = build(R"([fluid]
+    grid = [4, 6, 8]
+    cell = 0.25
+    origin = [0, 0, 10]
+    water = { level = 0.5 }
+    walls = { zmax = "open" })");
+  EXPECT_EQ(built.options.grid.nz, 8);
+  EXPECT_TRUE(built.options.has_water);
+  EXPECT_TRUE(built.options.wall_contact);
+  EXPECT_EQ(built.options.open_side, (Sides{false, false, false, false, false, true}));
+  EXPECT_EQ(built.options.reference_point[2], 10.5);
+  EXPECT_FALSE(build("[fluid]\ngrid = [4, 4, 4]\ncell = 1\nwater = { level = 0 }").options.has_water);
+  EXPECT_EQ(build("").options.grid.cells(), 0u);
+}
+
+TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
+  folder_.write("m/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 4/2 2/3\nf 2 4 3\nf -1 -4 -2\n");
+  const std::string place = "scale = 2\nposition = [1, 0, 0]\nrotation = { axis = [0, 0, 1], degrees = 90 }\n";
+  const BuiltScene built = build("[[static]]\nmesh = \"m/t.obj\"\n" + place);
+  const TriMesh& mesh = built.obstacles.at(0);
+  EXPECT_NEAR((mesh.vertices[1] - Vec3(1, 2, 0)).norm(), 0.0, 1e-15);
+  // The file's faces point inward; they come out outward, 2^3 times the volume 1/6.
+  EXPECT_NEAR(enclosed_volume(mesh), 8.0 / 6.0, 1e-15);
+
+  folder_.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"open.obj\"\n"); }), "not closed");
+  folder_.write("odd.obj", "v 0 0 0\nv 1 0\n");
+  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"odd.obj\"\n"); }), "odd.obj:2:");
+  EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
+}
+
+TEST_F(BuildScene, ScatteredBodiesKeepApartAndRepeat) {
+  const std::string text = R"([[body]]
+    archetype = "tetra"
+    position = [2, 2, 2]
+    [[scatter]]
+    archetype = "tetra"
+    count = 12
+    box = [[0, 0, 0], [6, 6, 6]]
+    gap = 0.1
+    seed = )";
+  const BuiltScene first = build(text + "7"), again = build(text + "7"), other = build(text + "8");
+  ASSERT_EQ(first.bodies.size(), 13u);
+  const double radius = bounding_radius(*first.bodies[0].archetype);
+  EXPECT_DOUBLE_EQ(radius, std::sqrt(0.75 * 0.75 + 2 * 0.25 * 0.25));
+  for (std::size_t a = 0; a < first.bodies.size(); ++a) {
+    EXPECT_EQ(first.bodies[a].position, again.bodies[a].position);
+    EXPECT_EQ(first.bodies[a].rotation.coeffs(), again.bodies[a].rotation.coeffs());
+    for (std::size_t b = 0; b < a; ++b) {
+      EXPECT_GE((first.bodies[a].position - first.bodies[b].position).norm(), 2 * radius + 0.1);
+    }
+  }
+  EXPECT_NE(first.bodies[1].position, other.bodies[1].position);
+  EXPECT_NE(first.bodies[1].rotation.coeffs(), first.bodies[2].rotation.coeffs());
+}
+
+TEST_F(BuildScene, ScatterThatDoesNotFitSaysHowManyDid) {
+  const std::string text = message_of<InputError>([&] {
+    build("[[scatter]]\narchetype = \"tetra\"\ncount = 50\nbox = [[0, 0, 0], [1, 1, 1]]\n");
+  });
+  expect_contains(text, "of 50 instances of tetra fit");
+}
+
+TEST(RandomRotation, IsUniform) {
+  // Mean of R x over uniform rotations is 0 with variance 1/3 per component: 4000 samples give a standard
+  // deviation of 0.009; 5 sigma. Measured 0.009.
+  ScatterSpec scatter;
+  scatter.count = 4000;
+  scatter.box = {Vec3::Zero(), Vec3::Ones()};
+  std::vector<OccupiedBall> occupied;
+  Vec3 mean = Vec3::Zero();
+  for (const Placement& p : scatter_places(scatter, 0.0, occupied)) {
+    EXPECT_NEAR(p.rotation.norm(), 1.0, 1e-14);
+    mean += p.rotation * Vec3::UnitX() / scatter.count;
+  }
+  EXPECT_LT(mean.cwiseAbs().maxCoeff(), 5 * std::sqrt(1.0 / 3.0 / scatter.count));
+}
+
+TEST(ArchetypeLibrary, LooksBesideTheSceneThenInTheCurrentFolder) {
+  ScratchFolder folder;
+  folder.write("out/archetypes/near.h5", "");
+  const ArchetypeLibrary library(folder / "assets/scenes");
+  EXPECT_EQ(library.path("near"), folder / "out/archetypes/near.h5");
+  EXPECT_EQ(library.path("gone"), folder / "out/archetypes/gone.h5");  // where make would put it
+  EXPECT_EQ(library.path("x/y.h5"), "x/y.h5");
+}
+
+TEST(MakeFragment, ListsEveryFileOnceAndEscapes) {
+  const SceneSpec scene = parse_scene_text(std::string(kHead) + R"([[body]]
+    archetype = "a"
+    position = [0, 0, 0]
+    [[body]]
+    archetype = "a"
+    position = [0, 0, 0]
+    [[static]]
+    mesh = "my rocks.obj")", "s/x.scene.toml");
+  const ArchetypeLibrary library("s", "arch");
+  EXPECT_EQ(make_fragment("run/x", scene_dependencies(scene, library)),
+            "run/x: \\\n  s/x.scene.toml \\\n  arch/a.h5 \\\n  s/my\\ rocks.obj\n"
+            "\ns/x.scene.toml:\n\narch/a.h5:\n\ns/my\\ rocks.obj:\n");
+}
+
+}  // namespace
+}  // namespace archetide
