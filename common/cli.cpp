@@ -48,8 +48,10 @@ std::string exit_code_help() {
          "  0   done\n"
          "  1   a bug of this program\n"
          "  2   your input: command line, scene, body file, mesh\n"
-         "  3   the numbers: unstable, not converged, limit crossed, expectation missed, diff differs\n"
-         "  4   a file is missing, not ours, truncated, of another version, or its hash does not match\n"
+         "  3   the numbers: unstable, not converged, limit crossed, expectation missed, diff "
+         "differs\n"
+         "  4   a file is missing, not ours, truncated, of another version, or its hash does not "
+         "match\n"
          "  5   the machine: disk full, memory, write failed\n"
          "  75  stopped early on purpose (SIGINT, SIGTERM, --until)\n";
 }

@@ -10,10 +10,10 @@ namespace archetide {
 
 /// Options that both executables share.
 struct CommonOptions {
-  int threads = 0;        // 0: ARCHETIDE_THREADS, or else all cores
-  bool verbose = false;   // -v
-  bool quiet = false;     // -q: errors only
-  std::string log_file;   // a copy of the log
+  int threads = 0;       // 0: ARCHETIDE_THREADS, or else all cores
+  bool verbose = false;  // -v
+  bool quiet = false;    // -q: errors only
+  std::string log_file;  // a copy of the log
 };
 
 /// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
@@ -47,13 +47,13 @@ void log_detail(const std::string& line);  // with -v
 /// Throws InputError when the first word of the command line is no verb, with the nearest one.
 void check_verb(int argc, char** argv, const std::vector<std::string>& verbs);
 
-/// For the message of a command-line parser: adds the nearest of `known` options or verbs for each word of
-/// the command line that looks like a mistyped option.
+/// For the message of a command-line parser: adds the nearest of `known` options or verbs for each
+/// word of the command line that looks like a mistyped option.
 InputError command_line_error(const std::string& message, int argc, char** argv,
                               const std::vector<std::string>& known);
 
-/// Runs the program and turns every exception into a line on the log and an exit code: Error -> its code, out
-/// of memory -> 5, anything else -> 1.
+/// Runs the program and turns every exception into a line on the log and an exit code: Error -> its
+/// code, out of memory -> 5, anything else -> 1.
 int guarded_main(const std::function<int()>& program);
 
 /// The exit code and log line of the exception being handled (call inside a catch block).

@@ -1,11 +1,11 @@
 #include "common/param_tree.h"
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <fstream>
 #include <optional>
 #include <sstream>
 #include <string_view>
-#include <toml++/toml.h>
 
 namespace archetide {
 namespace {
@@ -53,8 +53,8 @@ ParamNode convert(const toml::node& in, const std::string& file) {
   return out;
 }
 
-// Walks over TOML text, skipping strings and comments, and reports the first non-ASCII byte outside them: the
-// parser's own handling of non-ASCII bare keys is undefined behaviour.
+// Walks over TOML text, skipping strings and comments, and reports the first non-ASCII byte outside
+// them: the parser's own handling of non-ASCII bare keys is undefined behaviour.
 class AsciiScanner {
  public:
   AsciiScanner(std::string_view text, const std::string& file) : text_(text), file_(file) {}
@@ -187,15 +187,16 @@ void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at
   const PathStep& step = steps[at];
   const bool last = at + 1 == steps.size();
   if (table.kind != ParamNode::Kind::kTable) {
-    throw InputError({{value.where, "'" + step.name + "' is set inside a value that is no table", ""}});
+    throw InputError(
+        {{value.where, "'" + step.name + "' is set inside a value that is no table", ""}});
   }
   ParamNode& child = child_or_new(table, step.name, value.where);
   if (step.index) {
     const std::size_t size = child.kind == ParamNode::Kind::kArray ? child.items.size() : 0;
     if (*step.index >= size) {
-      throw InputError({{value.where,
-                         "there is no " + step.name + "[" + std::to_string(*step.index) + "]",
-                         "the list has " + std::to_string(size) + " entries, counted from 0"}});
+      throw InputError(
+          {{value.where, "there is no " + step.name + "[" + std::to_string(*step.index) + "]",
+            "the list has " + std::to_string(size) + " entries, counted from 0"}});
     }
     ParamNode& item = child.items[*step.index];
     return last ? void(item = value) : assign(item, steps, at + 1, value);

@@ -17,10 +17,10 @@ struct ParamNode {
   std::int64_t integer = 0;
   double number = 0.0;  // of kNumber, and of kInteger as a double
   std::string string;
-  std::vector<ParamNode> items;                              // kArray
+  std::vector<ParamNode> items;                            // kArray
   std::vector<std::pair<std::string, ParamNode>> entries;  // kTable, by place in the file
-  SourceLocation where;                                      // of the value
-  SourceLocation key_where;                                  // of its key
+  SourceLocation where;                                    // of the value
+  SourceLocation key_where;                                // of its key
 
   const ParamNode* find(const std::string& name) const;
   ParamNode* find(const std::string& name);
@@ -34,8 +34,8 @@ ParamNode parse_param_text(const std::string& text, const std::string& file);
 /// The text of a file. Throws FileError when it cannot be read.
 std::string read_param_file(const std::string& path);
 
-/// One `--set path=value`. In a path, `body[2].modes` is the third [[body]], `body.modes` all of them.
-/// The value is TOML; a bare word is a string.
+/// One `--set path=value`. In a path, `body[2].modes` is the third [[body]], `body.modes` all of
+/// them. The value is TOML; a bare word is a string.
 void apply_override(ParamNode& root, const std::string& assignment);
 
 /// The tree as TOML text, every number to the last bit.

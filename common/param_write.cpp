@@ -94,7 +94,8 @@ std::string to_toml(const ParamNode& root) {
     if (value.kind == Kind::kTable) {
       sections += "\n[" + key_text(key) + "]\n" + lines(value);
     } else if (value.is_table_list()) {
-      for (const ParamNode& item : value.items) sections += "\n[[" + key_text(key) + "]]\n" + lines(item);
+      for (const ParamNode& item : value.items)
+        sections += "\n[[" + key_text(key) + "]]\n" + lines(item);
     } else {
       plain += key_text(key) + " = " + inline_text(value) + "\n";
     }

@@ -141,7 +141,8 @@ const ParamNode& Section::value(const std::string& path) const {
   }
   auto [it, added] = state_->defaults.try_emplace(key->path);
   if (added) {
-    it->second = *parse_param_text("x = " + key->fallback + "\n", "default of " + key->path).find("x");
+    it->second =
+        *parse_param_text("x = " + key->fallback + "\n", "default of " + key->path).find("x");
   }
   return it->second;
 }
@@ -156,7 +157,9 @@ bool Section::has(const std::string& path) const {
 
 bool Section::boolean(const std::string& path) const { return value(path).boolean; }
 
-int Section::integer(const std::string& path) const { return static_cast<int>(value(path).integer); }
+int Section::integer(const std::string& path) const {
+  return static_cast<int>(value(path).integer);
+}
 
 double Section::number(const std::string& path) const { return number_of(value(path)); }
 
@@ -170,9 +173,7 @@ std::vector<std::string> Section::strings(const std::string& path) const {
 
 Vec3 Section::vec3(const std::string& path) const { return to_vec3(value(path)); }
 
-Vec3i Section::int_vec3(const std::string& path) const {
-  return vec3(path).cast<int>();
-}
+Vec3i Section::int_vec3(const std::string& path) const { return vec3(path).cast<int>(); }
 
 std::vector<Vec3> Section::points(const std::string& path) const {
   std::vector<Vec3> out;

@@ -10,8 +10,9 @@
 namespace archetide {
 
 /// A typed view of one table of a validated file. Paths are relative to the table and may be dotted
-/// ("material.density"). A value that the file lacks is the schema's default; one that has no default is a bug
-/// of the caller (AssertionError), who asks has() first. Every look-up marks the key as read.
+/// ("material.density"). A value that the file lacks is the schema's default; one that has no
+/// default is a bug of the caller (AssertionError), who asks has() first. Every look-up marks the
+/// key as read.
 class Section {
  public:
   /// True when the file itself has the key.
@@ -55,8 +56,8 @@ class Section {
   SourceLocation where_;
 };
 
-/// A parsed file, overridden by --set and validated against its schema: either everything in it is fine, or
-/// the InputError lists everything that is not.
+/// A parsed file, overridden by --set and validated against its schema: either everything in it is
+/// fine, or the InputError lists everything that is not.
 class Document {
  public:
   /// Throws FileError when the file cannot be read, InputError for all that is wrong in it.
@@ -68,7 +69,8 @@ class Document {
   Section root() const;
   /// TOML of exactly what was read: the file's own text, or rewritten when there were overrides.
   std::string text() const;
-  /// Keys that the file has and no look-up has read, as "file:line:column: key": our bug if there is any.
+  /// Keys that the file has and no look-up has read, as "file:line:column: key": our bug if there
+  /// is any.
   std::vector<std::string> unread() const;
   /// Throws AssertionError when a key of the file was never read.
   void check_all_read() const;

@@ -133,8 +133,8 @@ Diagnostic later_error(const Key& key, const ParamNode& v, const std::string& sh
   std::string name = shown;
   if (key.type == KeyType::kTables) name = "[[" + last_name(key.path) + "]]";
   if (!value.empty()) name += " = " + value;
-  return {value.empty() ? v.key_where : v.where, "not in this version: " + key.later + " (" + name + ")",
-          "remove it from the file"};
+  return {value.empty() ? v.key_where : v.where,
+          "not in this version: " + key.later + " (" + name + ")", "remove it from the file"};
 }
 
 std::vector<Diagnostic> check_scalar(const Key& key, const ParamNode& v, const std::string& shown) {
@@ -227,14 +227,16 @@ bool Range::contains(double x) const {
 std::string Range::text() const {
   const bool low = std::isfinite(min), high = std::isfinite(max);
   if (low && high) {
-    return (min_open ? "(" : "[") + number_text(min) + ", " + number_text(max) + (max_open ? ")" : "]");
+    return (min_open ? "(" : "[") + number_text(min) + ", " + number_text(max) +
+           (max_open ? ")" : "]");
   }
   if (low) return (min_open ? "> " : ">= ") + number_text(min);
   if (high) return (max_open ? "< " : "<= ") + number_text(max);
   return "";
 }
 
-Schema::Schema(std::string name, std::vector<Key> keys) : name_(std::move(name)), keys_(std::move(keys)) {
+Schema::Schema(std::string name, std::vector<Key> keys)
+    : name_(std::move(name)), keys_(std::move(keys)) {
   for (const Key& key : keys_) {
     ARCHETIDE_CHECK(index_.emplace(key.path, key).second);
   }
@@ -285,7 +287,8 @@ double number_of(const ParamNode& node) {
   return end == at || *end != '\0' ? nan : above_line / below_line;
 }
 
-std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value, const std::string& shown) {
+std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value,
+                                    const std::string& shown) {
   if (!key.later.empty() && key.later_values.empty()) return {later_error(key, value, shown, "")};
   if (!has_type(value, key.type)) {
     return {{value.where, shown + ": " + describe(value) + " has the wrong type", wanted(key)}};

@@ -10,7 +10,8 @@
 
 namespace archetide {
 
-/// What a key of an input file may hold. Wherever a number stands, a fraction in quotes ("1/192") may too.
+/// What a key of an input file may hold. Wherever a number stands, a fraction in quotes ("1/192")
+/// may too.
 enum class KeyType {
   kBool,
   kInteger,
@@ -35,28 +36,31 @@ struct Range {
   /// "> 0", ">= 0", "(0, 0.5)", "[0, 1]"; "" when unbounded.
   std::string text() const;
 };
-inline Range above(double min) { return {min, std::numeric_limits<double>::infinity(), true, false}; }
+inline Range above(double min) {
+  return {min, std::numeric_limits<double>::infinity(), true, false};
+}
 inline Range at_least(double min) { return {.min = min}; }
 inline Range between(double min, double max) { return {min, max, false, false}; }
 inline Range strictly_between(double min, double max) { return {min, max, true, true}; }
 
-/// One row of the table that describes a kind of input file: the only place where a key's type, unit, range
-/// and default are written down.
+/// One row of the table that describes a kind of input file: the only place where a key's type,
+/// unit, range and default are written down.
 struct Key {
   std::string path;  // "fluid.water.level"; an entry of a list of tables is "body[].position"
   KeyType type = KeyType::kNumber;
-  std::string unit = {};      // "m", "kg/m^3"; "" for pure numbers, words and tables
+  std::string unit = {};  // "m", "kg/m^3"; "" for pure numbers, words and tables
   Range range = {};
-  std::string fallback = {};  // the default as TOML text, or "required", or "absent"
+  std::string fallback = {};              // the default as TOML text, or "required", or "absent"
   std::vector<std::string> choices = {};  // of strings; empty: any string
   std::string meaning = {};
-  /// Name of the feature when it is refused in this version; `later_values` narrows that to these values.
+  /// Name of the feature when it is refused in this version; `later_values` narrows that to these
+  /// values.
   std::string later = {};
   std::vector<std::string> later_values = {};
 };
 
-/// The keys of one kind of file. Tables between the keys need no row of their own unless their absence means
-/// something: a table without row is required when a key in it is.
+/// The keys of one kind of file. Tables between the keys need no row of their own unless their
+/// absence means something: a table without row is required when a key in it is.
 class Schema {
  public:
   Schema(std::string name, std::vector<Key> keys);
@@ -90,7 +94,9 @@ std::string type_name(KeyType type);
 /// The value of a number or of a fraction in a string; NaN when it is neither.
 double number_of(const ParamNode& node);
 
-/// Complaint about one value against its row (nothing when it is fine). `shown` is the path as the user reads it.
-std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value, const std::string& shown);
+/// Complaint about one value against its row (nothing when it is fine). `shown` is the path as the
+/// user reads it.
+std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value,
+                                    const std::string& shown);
 
 }  // namespace archetide

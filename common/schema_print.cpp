@@ -58,8 +58,8 @@ std::string type_name(KeyType type) {
 std::string Schema::text() const {
   std::ostringstream out;
   for (const Key& key : keys_) {
-    out << std::left << std::setw(30) << key.path << ' ' << std::setw(19) << type_name(key.type) << ' '
-        << std::setw(8) << key.unit << ' ' << std::setw(16) << ("= " + key.fallback) << ' ';
+    out << std::left << std::setw(30) << key.path << ' ' << std::setw(19) << type_name(key.type)
+        << ' ' << std::setw(8) << key.unit << ' ' << std::setw(16) << ("= " + key.fallback) << ' ';
     const std::string allowed = allowed_text(key);
     if (!allowed.empty()) out << '{' << allowed << "} ";
     out << key.meaning << '\n';

@@ -56,7 +56,7 @@ Diagnostic defect(const Candidate& c, const List& list, const std::string& name,
   return {{c.file.path, 0, 0}, text, hint};
 }
 
-// ---- steps, each of which either passes or throws ---------------------------------------------
+// ---- steps: collect_.. lists defects, demand_.. passes or throws ------------------------------
 
 void demand_finite(const SurfaceFile& file) {
   std::vector<int> bad;
@@ -111,8 +111,7 @@ Candidate weld(const SurfaceFile& file, IntakeReport& report) {
   return c;
 }
 
-void demand_proper_faces(const Candidate& c) {
-  std::vector<Diagnostic> found;
+void collect_improper_faces(const Candidate& c, std::vector<Diagnostic>& found) {
   std::vector<int> flat, repeated;
   std::map<std::array<int, 3>, int> seen;
   for (int t = 0; t < static_cast<int>(c.mesh.triangles.size()); ++t) {
@@ -138,11 +137,10 @@ void demand_proper_faces(const Candidate& c) {
                            counted(repeated.size(), "duplicate face", "duplicate faces"), where,
                            "delete the copies (an internal wall or a double surface)"));
   }
-  if (!found.empty()) throw InputError(found);
 }
 
-void demand_closed_manifold(const Candidate& c, const std::vector<SurfaceEdge>& edges) {
-  std::vector<Diagnostic> found;
+void collect_bad_edges(const Candidate& c, const std::vector<SurfaceEdge>& edges,
+                       std::vector<Diagnostic>& found) {
   std::vector<const SurfaceEdge*> open, crowded;
   for (const SurfaceEdge& edge : edges) {
     if (edge.triangles.size() == 1) open.push_back(&edge);
@@ -165,8 +163,9 @@ void demand_closed_manifold(const Candidate& c, const std::vector<SurfaceEdge>& 
                                " with more than two faces",
                            where, "remove internal walls; two parts may not share an edge"));
   }
-  if (!found.empty()) throw InputError(found);
+}
 
+void demand_single_fans(const Candidate& c, const std::vector<SurfaceEdge>& edges) {
   const std::vector<int> pinched = pinched_vertices(c.mesh, edges);
   if (pinched.empty()) return;
   throw InputError({defect(
@@ -268,9 +267,12 @@ TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& repo
   report = {};
   demand_finite(file);
   Candidate c = weld(file, report);
-  demand_proper_faces(c);
   const std::vector<SurfaceEdge> edges = surface_edges(c.mesh);
-  demand_closed_manifold(c, edges);
+  std::vector<Diagnostic> found;
+  collect_improper_faces(c, found);
+  collect_bad_edges(c, edges, found);
+  if (!found.empty()) throw InputError(found);
+  demand_single_fans(c, edges);
   orient(c, edges, report);
   demand_one_shell(c, edges);
   turn_outward(c, report);

@@ -134,25 +134,45 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   schema_verb.add_flag("--md", c.markdown, "as Markdown")->excludes(json);
 }
 
-/// The option or verb that a mistyped word may mean, as a hint; "" when none is near.
-std::string suggestion(const CLI::App& app, int argc, char** argv) {
+std::vector<std::string> verb_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(sub->get_name());
+  }
+  return names;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  const std::string match = closest_match(word, known);
+  return match.empty() ? "see archetide-precompute --help" : "did you mean '" + match + "'?";
+}
+
+/// What the parser complains about, with the verb or option that a mistyped word may mean.
+InputError explain(const CLI::ParseError& error, const CLI::App& app) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
-  const CLI::App& level = chosen.empty() ? app : *chosen.front();
-  std::vector<std::string> known;
-  for (const CLI::App* sub : level.get_subcommands([](const CLI::App*) { return true; }))
-    known.push_back(sub->get_name());
-  for (const CLI::Option* option : level.get_options()) {
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  const std::vector<std::string> words = app.remaining(true);  // what no verb or option claimed
+  if (chosen.empty()) {
+    const auto verb =
+        std::find_if(words.begin(), words.end(), [](const std::string& w) { return w[0] != '-'; });
+    if (verb != words.end())
+      return InputError("unknown verb '" + *verb + "'", did_you_mean(*verb, verb_names(app)));
   }
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
-    if (chosen.empty() != (word[0] == '-')) {
-      const std::string match = closest_match(word, known);
-      if (!match.empty()) return "did you mean '" + match + "'?";
-    }
+  const std::vector<std::string> known = option_names(chosen.empty() ? app : *chosen.front());
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    const bool mistyped =
+        name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end();
+    if (mistyped) return InputError("unknown option '" + name + "'", did_you_mean(name, known));
   }
-  return "see archetide-precompute --help";
+  return InputError(error.what(), "see archetide-precompute --help");
 }
 
 int run(int argc, char** argv, Log& log) {
@@ -168,7 +188,7 @@ int run(int argc, char** argv, Log& log) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // help, version
-    throw InputError(error.what(), suggestion(app, argc, argv));
+    throw explain(error, app);
   }
   using Level = Log::Level;
   log.set_level(c.quiet ? Level::kQuiet : c.verbose ? Level::kVerbose : Level::kNormal);

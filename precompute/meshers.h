@@ -19,7 +19,9 @@ TetMesh mesh_with_cgal(const TriMesh& surface, const MeshRequest& request);
 TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
                              const MeshRequest& request);
 
-/// Keeps the surface's triangles as they are; only the interior follows `size`.
+/// Keeps the surface's triangles as they are; inside, edges grow no longer than `size`, but a finer
+/// surface makes finer tets whatever the size: with forced coarsening slivers failed the gate. Its
+/// generator lives as long as the process, so only the first call of a process is reproducible.
 TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request);
 
 }  // namespace archetide

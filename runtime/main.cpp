@@ -58,10 +58,12 @@ void claim_run_folder(const Arguments& a) {
   }
   const fs::path folder(a.out);
   if (!fs::exists(folder)) return;
-  if (!fs::is_directory(folder)) throw InputError(a.out + " is not a folder", "choose another -o DIR");
+  if (!fs::is_directory(folder))
+    throw InputError(a.out + " is not a folder", "choose another -o DIR");
   if (fs::is_empty(folder)) return;
   if (!fs::exists(folder / "manifest.json")) {
-    throw InputError(a.out + " holds files that are no run of this program", "choose another -o DIR");
+    throw InputError(a.out + " holds files that are no run of this program",
+                     "choose another -o DIR");
   }
   if (!a.replace) {
     const bool resume = a.resume == "auto" && !fs::exists(folder / "done.stamp");
@@ -69,9 +71,9 @@ void claim_run_folder(const Arguments& a) {
                             : a.out + " holds a run already",
                      "use --replace to run again in its place");
   }
-  for (const char* name : {"done.stamp", "scene.toml", "run.log", "stats.csv", "bodies.csv", "frames",
-                           "pictures", "failure", "checkpoint", "film.mp4", "report.html",
-                           "manifest.json"}) {
+  for (const char* name :
+       {"done.stamp", "scene.toml", "run.log", "stats.csv", "bodies.csv", "frames", "pictures",
+        "failure", "checkpoint", "film.mp4", "report.html", "manifest.json"}) {
     fs::remove_all(folder / name);
   }
 }
@@ -114,19 +116,19 @@ int finish_broken_run(const NumericsError& error, const Simulation& simulation, 
   fs::create_directories(fs::path(a.out) / "failure");
   write_file_atomically(a.out + "/failure/diagnosis.txt",
                         std::string(error.what()) + "\nreplay: " + a.command_line + "\n");
-  log_error(std::string("error: ") + error.what());
+  if (a.common.quiet) log_error(std::string("error: ") + error.what());
   return kExitNumerics;
 }
 
-int finish_run(RunEnd end, bool whole, const Expectations& expectations, const Simulation& simulation,
-               RunWriter& writer) {
+int finish_run(RunEnd end, bool whole, const Expectations& expectations,
+               const Simulation& simulation, RunWriter& writer) {
   if (end == RunEnd::kStopped) {
     writer.finish(kExitStopped, interrupted ? "interrupted" : "stopped by --until", simulation);
     return kExitStopped;
   }
   const bool good = !whole || judge(expectations, writer);
-  writer.finish(good ? kExitDone : kExitNumerics, good ? "" : "an expectation is missed", simulation);
-  if (!good) log_error("error: the run missed what [expect] asks for");
+  writer.finish(good ? kExitDone : kExitNumerics,
+                good ? "" : "the run missed what [expect] asks for", simulation);
   return good ? kExitDone : kExitNumerics;
 }
 
@@ -169,16 +171,19 @@ int check(const Arguments& a) {
   const auto line = [](const std::string& name, const auto& value) {
     std::cout << std::left << std::setw(14) << name << value << '\n';
   };
-  const auto megabytes = [](double bytes) { return std::to_string(std::lround(bytes / 1e6)) + " MB"; };
+  const auto megabytes = [](double bytes) {
+    return std::to_string(std::lround(bytes / 1e6)) + " MB";
+  };
   line("scene", scene.name + " (" + scene.file + ")");
   line("time", std::to_string(scene.end_time) + " s, " +
                    std::to_string(std::lround(scene.end_time * scene.fps)) + " frames");
   line("cells", std::to_string(o.grid.cells()) + " (" + std::to_string(o.grid.nx) + " x " +
                     std::to_string(o.grid.ny) + " x " + std::to_string(o.grid.nz) + ")");
-  line("water", !o.has_water           ? "none"
+  line("water", !o.has_water              ? "none"
                 : scene.fluid->water.full ? "the tank is full, no free surface"
                                           : "free surface");
-  line("particles", o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" : "none");
+  line("particles",
+       o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" : "none");
   line("geometry", o.geometry == Geometry::kCutCell ? "cut-cell" : "voxel");
   line("scheme", o.scheme == Scheme::kNewmark ? "newmark (two solves)" : "single");
   line("bodies", built.bodies.size());
@@ -190,7 +195,8 @@ int check(const Arguments& a) {
   }
   line("obstacles", built.obstacles.size());
   line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
-                     megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) + ")");
+                     megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) +
+                     ")");
   return kExitDone;
 }
 
@@ -211,7 +217,8 @@ void parse_frame_range(const std::string& text, RenderOptions& options) {
   const auto number = [&](const std::string& part, int fallback) {
     if (part.empty()) return fallback;
     if (part.size() > 8 || part.find_first_not_of("0123456789") != std::string::npos) {
-      throw InputError("--frames " + text + " is no range of frames", "expected a:b, for example 0:48");
+      throw InputError("--frames " + text + " is no range of frames",
+                       "expected a:b, for example 0:48");
     }
     return std::stoi(part);
   };
@@ -233,8 +240,9 @@ int render(const Arguments& a) {
   options.film = !a.no_film;
   options.quiet = a.common.quiet;
   const RenderSummary summary = render_run(a.directory, options);
-  log_info(std::to_string(summary.frames) + " pictures, " + std::to_string(summary.seconds_per_frame) +
-           " s each" + (summary.film.empty() ? ", no film" : ", film " + summary.film));
+  log_info(std::to_string(summary.frames) + " pictures, " +
+           std::to_string(summary.seconds_per_frame) + " s each" +
+           (summary.film.empty() ? ", no film" : ", film " + summary.film));
   return kExitDone;
 }
 
@@ -249,8 +257,8 @@ bool same_rows(const std::string& file, const CsvTable& a, const CsvTable& b) {
   const std::size_t rows_a = a.columns.empty() ? 0 : a.columns[0].size();
   const std::size_t rows_b = b.columns.empty() ? 0 : b.columns[0].size();
   if (rows_a == rows_b && a.names == b.names) return true;
-  std::cout << file << ": " << rows_a << " rows of " << a.names.size() << " columns against " << rows_b
-            << " rows of " << b.names.size() << '\n';
+  std::cout << file << ": " << rows_a << " rows of " << a.names.size() << " columns against "
+            << rows_b << " rows of " << b.names.size() << '\n';
   return false;
 }
 
@@ -278,7 +286,8 @@ bool same_table(const std::string& file, const Arguments& a) {
   bool same = true;
   for (std::size_t c = 0; c < first.names.size(); ++c) {
     if (first.names[c].find("seconds") != std::string::npos) continue;
-    same = same_column(file, first.names[c], first.columns[c], second.columns[c], a.tolerance) && same;
+    same =
+        same_column(file, first.names[c], first.columns[c], second.columns[c], a.tolerance) && same;
   }
   return same;
 }
@@ -292,7 +301,8 @@ int diff(const Arguments& a) {
 // --- bench, schema ---
 
 int bench(const Arguments&) {
-  throw InputError("not in this version: bench", "run the scene for each value with run --set key=value");
+  throw InputError("not in this version: bench",
+                   "run the scene for each value with run --set key=value");
 }
 
 int schema(const Arguments& a) {
@@ -325,7 +335,8 @@ const std::vector<Verb>& verbs() {
        [](CLI::App& app, Arguments& a) {
          scene_options(app, a);
          app.add_option("-o,--output", a.out, "run folder")->required()->type_name("DIR");
-         app.add_option("--resume", a.resume, "auto | never | FRAME (an unfinished run is refused in this version)")
+         app.add_option("--resume", a.resume,
+                        "auto | never | FRAME (an unfinished run is refused in this version)")
              ->capture_default_str();
          app.add_option("--until", a.until, "stop at this scene time, s, with exit code 75")
              ->check(CLI::PositiveNumber)
@@ -335,17 +346,21 @@ const std::vector<Verb>& verbs() {
              ->type_name("N");
          app.add_flag("--replace", a.replace, "remove a run that is in the folder already");
        }},
-      {"check", "validate a scene, list what is on, estimate cells and memory", check, scene_options},
+      {"check", "validate a scene, list what is on, estimate cells and memory", check,
+       scene_options},
       {"deps", "write the files that a run reads as a make fragment", deps,
        [](CLI::App& app, Arguments& a) {
          scene_options(app, a);
          app.add_option("-o,--output", a.out, "the fragment")->required()->type_name("F");
-         app.add_option("target", a.target, "what depends on them")->required()->type_name("TARGET");
+         app.add_option("target", a.target, "what depends on them")
+             ->required()
+             ->type_name("TARGET");
        }},
       {"render", "a PNG per frame, and a film when ffmpeg is there", render,
        [](CLI::App& app, Arguments& a) {
          app.add_option("dir", a.directory, "run folder")->required()->type_name("DIR");
-         app.add_option("--frames", a.frame_range, "first and last frame (default: all)")->type_name("A:B");
+         app.add_option("--frames", a.frame_range, "first and last frame (default: all)")
+             ->type_name("A:B");
          app.add_option("--size", a.size, "pixels")->type_name("WxH")->capture_default_str();
          app.add_flag("--no-film", a.no_film, "pictures only");
        }},
@@ -360,7 +375,8 @@ const std::vector<Verb>& verbs() {
        [](CLI::App& app, Arguments& a) {
          app.add_option("dir_a", a.directory, "run folder")->required()->type_name("DIR_A");
          app.add_option("dir_b", a.other_directory, "run folder")->required()->type_name("DIR_B");
-         app.add_option("--tol", a.tolerance, "allowed difference relative to a column's largest value")
+         app.add_option("--tol", a.tolerance,
+                        "allowed difference relative to a column's largest value")
              ->check(CLI::NonNegativeNumber)
              ->type_name("T")
              ->capture_default_str();
@@ -394,7 +410,8 @@ std::vector<std::string> known_options(const CLI::App& app) {
 
 int program(int argc, char** argv) {
   Arguments a;
-  CLI::App app("archetide-sim: reduced deformable bodies, two-way coupled with water", "archetide-sim");
+  CLI::App app("archetide-sim: reduced deformable bodies, two-way coupled with water",
+               "archetide-sim");
   app.set_version_flag("--version", ARCHETIDE_VERSION);
   app.footer(footer());
   app.require_subcommand(1);

@@ -8,11 +8,26 @@
 namespace archetide {
 namespace {
 
+/// Solution of A_PP s = b_P. Where a new point's row depends on the others but asks for more (two
+/// points at one place, one deeper), A_PP is singular and s is far out along the exchange of the
+/// one for the other.
+VecX solve_pushing(const MatX& A, const VecX& b, const std::vector<int>& P) {
+  constexpr double kSingular = 1e-11;  // pivots, of the largest diagonal entry
+  MatX A_PP = A(P, P);
+  const double largest = A_PP.diagonal().maxCoeff();
+  Eigen::LDLT<MatX> factor(A_PP);
+  if (factor.vectorD().minCoeff() <= kSingular * largest) {
+    A_PP.diagonal().array() += kSingular * largest;
+    factor.compute(A_PP);
+  }
+  return factor.solve(VecX(b(P)));
+}
+
 /// Takes `lambda` towards the solution of A_PP s = b_P; points that would have to pull leave the
 /// set P.
 void settle(const MatX& A, const VecX& b, std::vector<int>& P, VecX& lambda) {
   while (!P.empty()) {
-    const VecX s = MatX(A(P, P)).ldlt().solve(VecX(b(P)));
+    const VecX s = solve_pushing(A, b, P);
     double fraction = 1.0;
     for (std::size_t i = 0; i < P.size(); ++i)
       if (s[i] <= 0.0)

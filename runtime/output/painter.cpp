@@ -102,7 +102,7 @@ class Painter::Dice {
 Painter::Painter(const Stage& stage)
     : stage_(stage),
       edges_(stage.has_tank
-                 ? box_edges(stage.low, stage.high, 0.0018 * (stage.high - stage.low).norm())
+                 ? box_edges(stage.low, stage.high, 0.0015 * (stage.high - stage.low).norm())
                  : SurfaceMesh()),
       opaque_({&stage.bodies, &stage.obstacles}),
       edge_scene_({&edges_}),
@@ -114,7 +114,8 @@ Painter::Painter(const Stage& stage)
   near_ = 1e-5f * size_;
   ground_ = low_[2] - 0.004f * size_;
   tile_ = std::max(extent[0], extent[1]) / 8.0f;
-  absorption_ = Vec3f(3.4f, 1.05f, 0.62f) / std::max(extent[0], extent[1]);
+  // The same picture at every scale: a path through the middle of the tank keeps some of every colour.
+  absorption_ = Vec3f(3.4f, 1.05f, 0.62f) / std::cbrt(extent.prod());
 }
 
 Image Painter::paint(const Camera& camera, int width, int height, int samples) const {

@@ -26,7 +26,7 @@ struct RenderSummary {
 bool render_available();
 
 /// Draws frames/*.ply and *.vtp of a run folder into DIR/pictures/frame.000012.png and film.mp4. Throws FileError when the folder is no run or
-/// lacks frames, InputError for bad options, MachineError when this build cannot render.
+/// lacks frames, InputError for bad options. A build that cannot render says so in one line and draws nothing.
 RenderSummary render_run(const std::string& directory, const RenderOptions& options);
 
 }  // namespace archetide

@@ -118,6 +118,7 @@ SurfaceMesh read_vtp(const std::string& path) {
   if (bytes.find("<VTKFile type=\"PolyData\"") == std::string::npos ||
       bytes.find("<AppendedData encoding=\"raw\">") == std::string::npos)
     throw FileError(path + ": not a VTP file of this program");
+  if (!bytes.ends_with("</VTKFile>\n")) throw FileError(path + ": truncated");
   SurfaceMesh mesh;
   mesh.vertices = points_of(take_array<float>(path, bytes, "Points"));
   mesh.normals = points_of(take_array<float>(path, bytes, "Normals"));

@@ -26,7 +26,8 @@ std::string make_word(const std::string& path) {
 template <class Visit>
 void for_each_use(const SceneSpec& scene, const Visit& visit) {
   for (const BodySpec& body : scene.bodies) visit(body.archetype, body.where);
-  for (const ScatterSpec& scatter : scene.scatters) visit(scatter.body.archetype, scatter.body.where);
+  for (const ScatterSpec& scatter : scene.scatters)
+    visit(scatter.body.archetype, scatter.body.where);
 }
 
 }  // namespace
@@ -62,10 +63,12 @@ void ArchetypeLibrary::require_all(const SceneSpec& scene) const {
     if (known || fs::exists(path(archetype))) return;
     named.push_back(archetype);
     const std::string what = "there is no archetype file " + path(archetype);
-    std::string hint = "build it with archetide-precompute build BODY.body.toml -o " + path(archetype);
+    std::string hint =
+        "build it with archetide-precompute build BODY.body.toml -o " + path(archetype);
     if (!archetype.ends_with(".h5")) {
-      hint = "build it with 'make -f pipeline.mk bodies' (from assets/bodies/" + archetype +
-             ".body.toml), or say where archetypes are with --archetypes DIR or ARCHETIDE_ARCHETYPES";
+      hint =
+          "build it with 'make -f pipeline.mk bodies' (from assets/bodies/" + archetype +
+          ".body.toml), or say where archetypes are with --archetypes DIR or ARCHETIDE_ARCHETYPES";
     }
     message += (message.empty() ? "" : "\n") + Diagnostic{where, what, hint}.text();
   });
@@ -87,9 +90,11 @@ std::vector<std::string> archetype_names(const SceneSpec& scene) {
   return names;
 }
 
-std::vector<std::string> scene_dependencies(const SceneSpec& scene, const ArchetypeLibrary& library) {
+std::vector<std::string> scene_dependencies(const SceneSpec& scene,
+                                            const ArchetypeLibrary& library) {
   std::vector<std::string> files = {scene.file};
-  for (const std::string& archetype : archetype_names(scene)) files.push_back(library.path(archetype));
+  for (const std::string& archetype : archetype_names(scene))
+    files.push_back(library.path(archetype));
   for (const StaticSpec& obstacle : scene.statics) files.push_back(obstacle.mesh);
   if (scene.fluid && !scene.fluid->water.mesh.empty()) files.push_back(scene.fluid->water.mesh);
   std::vector<std::string> unique;

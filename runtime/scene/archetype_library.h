@@ -12,15 +12,16 @@ namespace archetide {
 /// Finds archetypes by name and reads each of them once.
 class ArchetypeLibrary {
  public:
-  /// `folder` (--archetypes) or else ARCHETIDE_ARCHETYPES is the only place to look when given; otherwise
-  /// <scene folder>/../../out/archetypes and then out/archetypes.
+  /// `folder` (--archetypes) or else ARCHETIDE_ARCHETYPES is the only place to look when given;
+  /// otherwise <scene folder>/../../out/archetypes and then out/archetypes.
   ArchetypeLibrary(const std::string& scene_directory, const std::string& folder = "");
 
   /// The file of an archetype: a value ending in .h5 is a path already, a name becomes the first
   /// candidate that exists, or the first candidate when none does.
   std::string path(const std::string& archetype) const;
 
-  /// Throws one FileError that names every archetype of the scene without a file, and how to build it.
+  /// Throws one FileError that names every archetype of the scene without a file, and how to build
+  /// it.
   void require_all(const SceneSpec& scene) const;
 
   /// Reads what the runtime needs, cached.
@@ -35,9 +36,11 @@ class ArchetypeLibrary {
 std::vector<std::string> archetype_names(const SceneSpec& scene);
 
 /// Every file that a run of the scene reads: the scene, archetypes, obstacles, water mesh.
-std::vector<std::string> scene_dependencies(const SceneSpec& scene, const ArchetypeLibrary& library);
+std::vector<std::string> scene_dependencies(const SceneSpec& scene,
+                                            const ArchetypeLibrary& library);
 
-/// `target: files` for make, with a rule without recipe for each file so that a deleted one does not stop make.
+/// `target: files` for make, with a rule without recipe for each file so that a deleted one does
+/// not stop make.
 std::string make_fragment(const std::string& target, const std::vector<std::string>& files);
 
 }  // namespace archetide

@@ -50,12 +50,13 @@ std::vector<ExpectationResult> Expectations::evaluate() const {
   std::vector<ExpectationResult> out;
   judge("expect.volume_drift", worst_drift_, Bound::kAtMost, spec_.volume_drift, out);
   judge("expect.iterations", most_iterations_, Bound::kAtMost, spec_.iterations, out);
-  judge("expect.deformation_min", largest_deformation_, Bound::kAtLeast, spec_.deformation_min, out);
+  judge("expect.deformation_min", largest_deformation_, Bound::kAtLeast, spec_.deformation_min,
+        out);
   judge("expect.deformation_max", largest_deformation_, Bound::kAtMost, spec_.deformation_max, out);
   for (std::size_t n = 0; n < means_.size(); ++n) {
     const BodyExpectation& wanted = spec_.bodies[n];
-    const std::string key = "expect.body[" + std::to_string(n) + "] (body " +
-                            std::to_string(wanted.body) + ")";
+    const std::string key =
+        "expect.body[" + std::to_string(n) + "] (body " + std::to_string(wanted.body) + ")";
     const double z = means_[n].z / means_[n].seconds;
     const double speed = means_[n].speed / means_[n].seconds;
     judge(key + " mean z", z, Bound::kAtLeast, wanted.z_min, out);

@@ -54,19 +54,21 @@ double area_yz(const Vec3& o, const Vec3& a, const Vec3& b) {
   return (a[1] - o[1]) * (b[2] - o[2]) - (a[2] - o[2]) * (b[1] - o[1]);
 }
 
-// Adds the crossing of the line (y, z) along x with each triangle to its row of cells: +1 or -1 by orientation, so
-// that the sum over x' > x is the winding number. Lines are shifted by an irrational part of a cell, as a line
-// through an edge would be counted twice or not at all.
+// Adds the crossing of the line (y, z) along x with each triangle to its row of cells: +1 or -1 by
+// orientation, so that the sum over x' > x is the winding number. Lines are shifted by an
+// irrational part of a cell, as a line through an edge would be counted twice or not at all.
 void count_crossings(const Grid& g, const Vec3 (&corners)[3],
                      std::vector<std::vector<std::pair<double, int>>>& rows) {
   const Vec3 shift = g.dx * Vec3(0.0, 1.0e-7 * std::sqrt(2.0), 1.0e-7 * std::sqrt(3.0));
   const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
   const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
   const auto first = [&](int a) {
-    return static_cast<int>(std::clamp((low[a] - g.origin[a]) / g.dx - 1.0, 0.0, double(g.size(a))));
+    return static_cast<int>(
+        std::clamp((low[a] - g.origin[a]) / g.dx - 1.0, 0.0, double(g.size(a))));
   };
   const auto last = [&](int a) {
-    return static_cast<int>(std::clamp((high[a] - g.origin[a]) / g.dx + 1.0, 0.0, double(g.size(a))));
+    return static_cast<int>(
+        std::clamp((high[a] - g.origin[a]) / g.dx + 1.0, 0.0, double(g.size(a))));
   };
   const double whole = area_yz(corners[0], corners[1], corners[2]);
   if (whole == 0.0) return;

@@ -77,11 +77,12 @@ void check_closed(const std::string& path, const TriMesh& mesh) {
   for (const auto& [edge, count] : edges) {
     const auto opposite = edges.find({edge.second, edge.first});
     if (count == 1 && opposite != edges.end() && opposite->second == 1) continue;
-    throw InputError({{{path, 0, 0},
-                       "the surface is not closed and consistently oriented at the edge of vertices " +
-                           std::to_string(edge.first + 1) + " and " + std::to_string(edge.second + 1),
-                       "every edge must belong to exactly two faces that run along it in "
-                       "opposite directions"}});
+    throw InputError(
+        {{{path, 0, 0},
+          "the surface is not closed and consistently oriented at the edge of vertices " +
+              std::to_string(edge.first + 1) + " and " + std::to_string(edge.second + 1),
+          "every edge must belong to exactly two faces that run along it in "
+          "opposite directions"}});
   }
 }
 

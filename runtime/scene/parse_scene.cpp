@@ -135,13 +135,13 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.cfl = step.number("cfl");
   scene.max_dt = step.number("max");
   scene.scheme = step.string("scheme") == "single" ? Scheme::kSingle : Scheme::kNewmark;
-  scene.geometry =
-      coupling.string("geometry") == "voxel" ? Geometry::kVoxel : Geometry::kCutCell;
+  scene.geometry = coupling.string("geometry") == "voxel" ? Geometry::kVoxel : Geometry::kCutCell;
   scene.tolerance = coupling.number("tolerance");
   scene.max_iterations = coupling.integer("max_iterations");
   scene.modal.step = coupling.string("modal_step") == "backward-euler" ? ModalStep::kBackwardEuler
                                                                        : ModalStep::kTrapezoid;
-  scene.modal.mass = coupling.string("modal_mass") == "paper" ? ModalMass::kPaper : ModalMass::kExact;
+  scene.modal.mass =
+      coupling.string("modal_mass") == "paper" ? ModalMass::kPaper : ModalMass::kExact;
   scene.on_fail = coupling.string("on_fail") == "stop" ? OnFail::kStop : OnFail::kHalveStep;
   scene.restitution = root.number("contact.restitution");
   scene.friction = root.number("contact.friction");
@@ -186,7 +186,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.scatters.push_back(parse_scatter(s, scene, bad));
     instances += scene.scatters.back().count;
   }
-  for (const Section& s : root.sections("static")) scene.statics.push_back(parse_static(s, scene, bad));
+  for (const Section& s : root.sections("static"))
+    scene.statics.push_back(parse_static(s, scene, bad));
   scene.frames = root.strings("output.frames");
   scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
   scene.expect = parse_expect(root.section("expect"), instances, bad);

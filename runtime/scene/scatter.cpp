@@ -45,13 +45,12 @@ std::vector<Placement> scatter_places(const ScatterSpec& scatter, double boundin
     int tries = 0;
     do {
       if (++tries > kTriesPerInstance) {
-        throw InputError({{scatter.body.where,
-                           "only " + std::to_string(places.size()) + " of " +
-                               std::to_string(scatter.count) + " instances of " +
-                               scatter.body.archetype + " fit without overlap",
-                           "enlarge the box or lower count (bounding radius " +
-                               std::to_string(bounding_radius) + " m, gap " +
-                               std::to_string(scatter.gap) + " m)"}});
+        throw InputError(
+            {{scatter.body.where,
+              "only " + std::to_string(places.size()) + " of " + std::to_string(scatter.count) +
+                  " instances of " + scatter.body.archetype + " fit without overlap",
+              "enlarge the box or lower count (bounding radius " + std::to_string(bounding_radius) +
+                  " m, gap " + std::to_string(scatter.gap) + " m)"}});
       }
       place.position = random_point(scatter.box, random);
     } while (!is_free(place.position, bounding_radius + scatter.gap, occupied));

@@ -17,8 +17,9 @@ struct OccupiedBall {
   double radius = 0.0;         // m
 };
 
-/// Places for all instances of a scatter, chosen at random (same seed, same places) so that their bounding balls
-/// overlap neither each other nor `occupied`, which grows by them. Throws InputError when they do not fit.
+/// Places for all instances of a scatter, chosen at random (same seed, same places) so that their
+/// bounding balls overlap neither each other nor `occupied`, which grows by them. Throws InputError
+/// when they do not fit.
 std::vector<Placement> scatter_places(const ScatterSpec& scatter, double bounding_radius,
                                       std::vector<OccupiedBall>& occupied);
 

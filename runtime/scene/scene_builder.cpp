@@ -106,7 +106,8 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     }
   };
   for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
-  for (const ScatterSpec& spec : scene.scatters) collect([&] { add_scatter(spec, library, built); });
+  for (const ScatterSpec& spec : scene.scatters)
+    collect([&] { add_scatter(spec, library, built); });
   for (const StaticSpec& spec : scene.statics) {
     collect([&] { built.obstacles.push_back(build_obstacle(spec)); });
   }

@@ -9,7 +9,8 @@
 
 namespace archetide {
 
-/// Everything a Simulation starts from except the water's level set (large; initial_water.h makes it).
+/// Everything a Simulation starts from except the water's level set (large; initial_water.h makes
+/// it).
 struct BuiltScene {
   SimulationOptions options;
   std::vector<ReducedBody> bodies;
@@ -17,14 +18,15 @@ struct BuiltScene {
   std::vector<TriMesh> obstacles;       // closed, outward, world frame
 };
 
-/// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit them.
+/// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit
+/// them.
 BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library);
 
 /// The tank, the water and the method's options alone.
 SimulationOptions simulation_options(const SceneSpec& scene);
 
-/// One instance: pose, mass, P = m v, L = I w, modes at rest. Throws InputError when it asks for more modes than
-/// are stored.
+/// One instance: pose, mass, P = m v, L = I w, modes at rest. Throws InputError when it asks for
+/// more modes than are stored.
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype);
 
 /// Radius about the centre of mass that holds the whole rest surface, m.

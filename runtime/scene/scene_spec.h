@@ -42,25 +42,25 @@ struct FluidSpec {
 
 /// One [[body]], or what all instances of a [[scatter]] share.
 struct BodySpec {
-  SourceLocation where;        // of the archetype key
-  std::string name;            // "" = the archetype's name
-  std::string archetype;       // name or path ending in .h5
-  Vec3 position = Vec3::Zero();      // of the centre of mass, m
-  Quat rotation = Quat::Identity();  // rest frame to world
+  SourceLocation where;                  // of the archetype key
+  std::string name;                      // "" = the archetype's name
+  std::string archetype;                 // name or path ending in .h5
+  Vec3 position = Vec3::Zero();          // of the centre of mass, m
+  Quat rotation = Quat::Identity();      // rest frame to world
   Vec3 velocity = Vec3::Zero();          // of the centre of mass, m/s
   Vec3 angular_velocity = Vec3::Zero();  // world frame, rad/s
-  std::optional<double> density;  // kg/m^3; absent: the archetype's
-  std::optional<int> modes;       // absent: all that are stored
+  std::optional<double> density;         // kg/m^3; absent: the archetype's
+  std::optional<int> modes;              // absent: all that are stored
   SourceLocation modes_where;
 };
 
 struct ScatterSpec {
   BodySpec body;  // archetype, velocity, density, modes of every instance
   int count = 0;
-  BoxSpec box;                // of the centres of mass
+  BoxSpec box;  // of the centres of mass
   bool random_rotation = true;
   unsigned seed = 1;
-  double gap = 0.0;           // between bounding spheres, m
+  double gap = 0.0;  // between bounding spheres, m
 };
 
 struct StaticSpec {
@@ -74,15 +74,15 @@ struct StaticSpec {
 /// What one body must show; means are over the last `window` of the run.
 struct BodyExpectation {
   SourceLocation where;
-  int body = 0;          // index, [[body]] first, then the scattered ones
+  int body = 0;  // index, [[body]] first, then the scattered ones
   double window = 1.0 / 3.0;
   std::optional<double> z_min, z_max;          // mean height of the centre of mass, m
   std::optional<double> speed_min, speed_max;  // mean speed of the centre of mass, m/s
 };
 
 struct ExpectSpec {
-  std::optional<double> volume_drift;               // largest |V / V0 - 1|
-  std::optional<int> iterations;                    // most iterations of one solve
+  std::optional<double> volume_drift;                      // largest |V / V0 - 1|
+  std::optional<int> iterations;                           // most iterations of one solve
   std::optional<double> deformation_min, deformation_max;  // largest deformation reached, 1
   std::vector<BodyExpectation> bodies;
 };
@@ -92,11 +92,11 @@ struct SceneSpec {
   std::string file;       // as given
   std::string directory;  // of the file
   std::string name;
-  double end_time = 0.0;  // s
-  double fps = 24.0;      // frames per second of scene time
+  double end_time = 0.0;             // s
+  double fps = 24.0;                 // frames per second of scene time
   Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
 
-  double cfl = 1.0;      // cells a step
+  double cfl = 1.0;            // cells a step
   double max_dt = 1.0 / 24.0;  // s
   Scheme scheme = Scheme::kNewmark;
   Geometry geometry = Geometry::kCutCell;

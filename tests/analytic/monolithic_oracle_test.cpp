@@ -35,7 +35,7 @@ ReducedBody moving_body(const SyntheticBody& shape, int r, const Vec3& position,
 TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   const Case& c = GetParam();
   std::mt19937 random(7 + c.r);
-  CoupledTank tank(12, 0.8);
+  CoupledTank tank(10, 0.8);
   tank.options.geometry = Geometry::kVoxel;
   tank.options.open_side[kZMax] = true;
   tank.options.solve.tolerance = 1e-13;

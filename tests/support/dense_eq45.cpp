@@ -174,7 +174,7 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
   const VecX p = x.head(cells), lambda = x.tail(nl);
 
   DenseSolution out;
-  out.pressure = p / (o.hydrostatics.density * area * g.dx);
+  out.pressure = p / (o.hydrostatics.density * g.dx);
   const VecX u = u_star - BG * p + BW * lambda;
   for (Eigen::Index f = 0; f < nf; ++f) out.faces.push_back({faces[f].axis, faces[f].at, u[f]});
   for (std::size_t b = 0; b < solids.size(); ++b) {

@@ -10,7 +10,7 @@ namespace archetide {
 /// The literal Eq. 45 on voxel faces with the true projections of Sections 3 to 5 (n x n objects on the particles), as
 /// the oracle of the fast path. Small systems only.
 struct DenseSolution {
-  VecX pressure;                // water cells in grid order: phi = p^ / (rho dx^3)
+  VecX pressure;                // water cells in grid order: phi = p^ / (rho dx), p^ = dt p
   struct Face {
     int axis;
     Vec3i at;

@@ -190,7 +190,7 @@ TEST(ArchetypeFile, AFlippedByteIsAFileErrorOrChangesNothing) {
   write_archetype(path, a);
   const std::string whole = bytes_of(path);
   int silent = 0, flips = 0;
-  for (std::size_t at = 0; at < whole.size(); at += 7, ++flips) {
+  for (std::size_t at = 0; at < whole.size(); at += 23, ++flips) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
     put_bytes(path, damaged);
@@ -199,7 +199,7 @@ TEST(ArchetypeFile, AFlippedByteIsAFileErrorOrChangesNothing) {
       expect_same_runtime_part(a, read_archetype(path));
     }
   }
-  EXPECT_LT(silent, flips / 2);
+  EXPECT_LT(silent, flips / 10);  // measured 3.4 % of the bytes
   RecordProperty("silent_flips", silent);
   std::filesystem::remove(path);
 }

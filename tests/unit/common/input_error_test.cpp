@@ -11,7 +11,8 @@ TEST(Diagnostic, ShowsFileLineColumnAndHint) {
 }
 
 TEST(Diagnostic, LeavesOutWhatIsUnknown) {
-  EXPECT_EQ((Diagnostic{{"--set body.modes", 0, 0}, "bad", ""}).text(), "--set body.modes: error: bad");
+  EXPECT_EQ((Diagnostic{{"--set body.modes", 0, 0}, "bad", ""}).text(),
+            "--set body.modes: error: bad");
   EXPECT_EQ((Diagnostic{{}, "bad", ""}).text(), "error: bad");
 }
 

@@ -10,7 +10,8 @@
 namespace archetide {
 namespace {
 
-// One key of every type, a required one, a range, choices, a refused feature, a section that may be absent.
+// One key of every type, a required one, a range, choices, a refused feature, a section that may be
+// absent.
 const Schema& sample_schema() {
   static const Schema schema(
       "sample.toml",
@@ -19,20 +20,39 @@ const Schema& sample_schema() {
        {.path = "gravity", .type = KeyType::kVec3, .unit = "m/s^2", .fallback = "[0, 0, -9.81]"},
        {.path = "material.density", .unit = "kg/m^3", .range = above(0), .fallback = "required"},
        {.path = "material.poisson", .range = {-1, 0.5, true, true}, .fallback = "0.3"},
-       {.path = "fluid", .type = KeyType::kTable, .fallback = "absent", .meaning = "absent = no water"},
-       {.path = "fluid.grid", .type = KeyType::kIntVec3, .range = between(1, 4096), .fallback = "required"},
+       {.path = "fluid",
+        .type = KeyType::kTable,
+        .fallback = "absent",
+        .meaning = "absent = no water"},
+       {.path = "fluid.grid",
+        .type = KeyType::kIntVec3,
+        .range = between(1, 4096),
+        .fallback = "required"},
        {.path = "fluid.cell", .unit = "m", .range = above(0), .fallback = "required"},
-       {.path = "fluid.geometry", .type = KeyType::kString, .fallback = "\"cut-cell\"",
+       {.path = "fluid.geometry",
+        .type = KeyType::kString,
+        .fallback = "\"cut-cell\"",
         .choices = {"cut-cell", "voxel"}},
        {.path = "fluid.exact", .type = KeyType::kBool, .fallback = "true"},
-       {.path = "body[].modes", .type = KeyType::kIntegerOrString, .range = between(0, 1000),
-        .fallback = "absent", .choices = {"all"}, .later = "full bodies", .later_values = {"full"}},
+       {.path = "body[].modes",
+        .type = KeyType::kIntegerOrString,
+        .range = between(0, 1000),
+        .fallback = "absent",
+        .choices = {"all"},
+        .later = "full bodies",
+        .later_values = {"full"}},
        {.path = "body[].position", .type = KeyType::kVec3, .unit = "m", .fallback = "required"},
-       {.path = "frames", .type = KeyType::kStrings, .fallback = "[\"surface.ply\"]",
-        .choices = {"surface.ply", "bodies.vtp"}, .later = "this kind of frame",
+       {.path = "frames",
+        .type = KeyType::kStrings,
+        .fallback = "[\"surface.ply\"]",
+        .choices = {"surface.ply", "bodies.vtp"},
+        .later = "this kind of frame",
         .later_values = {"surface.vdb"}},
        {.path = "box", .type = KeyType::kPoints, .unit = "m", .fallback = "absent"},
-       {.path = "joint[]", .type = KeyType::kTables, .fallback = "absent", .meaning = "refused",
+       {.path = "joint[]",
+        .type = KeyType::kTables,
+        .fallback = "absent",
+        .meaning = "refused",
         .later = "joints"}});
   return schema;
 }
@@ -71,7 +91,8 @@ TEST(Params, GivesTypedValuesAndDefaults) {
     [[body]]
     position = [4, 5, 6.5]
     modes = "all"
-  )")).root();
+  )"))
+                           .root();
   EXPECT_EQ(root.string("name"), "unnamed");
   EXPECT_EQ(root.vec3("gravity"), Vec3(0, 0, -9.81));
   EXPECT_EQ(root.number("material.density"), 400.0);
@@ -108,9 +129,11 @@ TEST(Params, UnknownKeyNamesTheNearestOne) {
 
 TEST(Params, WrongTypeSaysWhatIsExpected) {
   const std::string text = complaints(file_with("gravity = 9.81\nname = 3"));
-  expect_contains(text, "f.toml:2:11: error: gravity: 9.81 has the wrong type\n  expected [x, y, z] in m/s^2");
+  expect_contains(
+      text, "f.toml:2:11: error: gravity: 9.81 has the wrong type\n  expected [x, y, z] in m/s^2");
   expect_contains(text, "f.toml:3:8: error: name: 3 has the wrong type");
-  expect_contains(complaints(file_with("", "[fluid]\ngrid = [1, 1.5, 1]\ncell = 1\n")), "fluid.grid");
+  expect_contains(complaints(file_with("", "[fluid]\ngrid = [1, 1.5, 1]\ncell = 1\n")),
+                  "fluid.grid");
   expect_contains(complaints(file_with("", "[[fluid]]\ngrid = [1, 1, 1]\n")), "fluid: a list of 1");
   expect_contains(complaints(file_with("frames = [1]")), "frames: a list of 1 has the wrong type");
   expect_contains(complaints(file_with("name = 1979-05-27")), "a date or time");
@@ -122,16 +145,20 @@ TEST(Params, OutOfRangeAndNotANumberAreRefused) {
   expect_contains(complaints("schema = 1\nmaterial = { density = 1, poisson = 0.5 }\n"),
                   "material.poisson: 0.5 is out of range\n  expected number, (-1, 0.5)");
   for (const char* bad : {"nan", "inf", "-inf", "\"nan\"", "\"1/0\"", "\"0/0\""}) {
-    EXPECT_NE(complaints("schema = 1\nmaterial = { density = " + std::string(bad) + " }\n"), "") << bad;
+    EXPECT_NE(complaints("schema = 1\nmaterial = { density = " + std::string(bad) + " }\n"), "")
+        << bad;
   }
   expect_contains(complaints(file_with("gravity = [0, 0, inf]")), "gravity: inf is out of range");
-  expect_contains(complaints(file_with("schema2 = 1\n[[body]]\nposition = [0,0,0]\nmodes = 99999999999")),
-                  "body[0].modes");
+  expect_contains(
+      complaints(file_with("schema2 = 1\n[[body]]\nposition = [0,0,0]\nmodes = 99999999999")),
+      "body[0].modes");
 }
 
 TEST(Params, FractionsInQuotesAreNumbers) {
   const auto cell = [](const std::string& value) {
-    return parse(file_with("", "[fluid]\ngrid = [1, 1, 1]\ncell = " + value)).root().number("fluid.cell");
+    return parse(file_with("", "[fluid]\ngrid = [1, 1, 1]\ncell = " + value))
+        .root()
+        .number("fluid.cell");
   };
   EXPECT_DOUBLE_EQ(cell("\"1/192\""), 1.0 / 192.0);
   EXPECT_DOUBLE_EQ(cell("\"0.5\""), 0.5);
@@ -142,9 +169,11 @@ TEST(Params, FractionsInQuotesAreNumbers) {
 }
 
 TEST(Params, ChoicesAreCheckedWithSuggestion) {
-  expect_contains(complaints(file_with("", "[fluid]\ngrid = [1, 1, 1]\ncell = 1\ngeometry = \"vozel\"")),
-                  "did you mean \"voxel\"?");
-  expect_contains(complaints(file_with("frames = [\"surface.plx\"]")), "did you mean \"surface.ply\"?");
+  expect_contains(
+      complaints(file_with("", "[fluid]\ngrid = [1, 1, 1]\ncell = 1\ngeometry = \"vozel\"")),
+      "did you mean \"voxel\"?");
+  expect_contains(complaints(file_with("frames = [\"surface.plx\"]")),
+                  "did you mean \"surface.ply\"?");
 }
 
 TEST(Params, MissingKeysAreNamedOnlyWhereTheirSectionIs) {
@@ -153,7 +182,8 @@ TEST(Params, MissingKeysAreNamedOnlyWhereTheirSectionIs) {
   expect_contains(text, "f.toml:2:1: error: missing key 'fluid.grid'");
   expect_contains(text, "missing key 'fluid.cell'");
   EXPECT_EQ(complaints(file_with("")), "");  // no [fluid]: nothing of it is missing
-  expect_contains(complaints(file_with("", "[[body]]\nmodes = 0\n")), "missing key 'body[0].position'");
+  expect_contains(complaints(file_with("", "[[body]]\nmodes = 0\n")),
+                  "missing key 'body[0].position'");
 }
 
 TEST(Params, AllErrorsComeAtOnce) {
@@ -176,12 +206,14 @@ TEST(Params, FeaturesOfLaterVersionsAreRefusedByName) {
 TEST(Params, SchemaKeyComesFirstAndIsKnown) {
   expect_contains(complaints("material = { density = 1 }\n"), "missing key 'schema'");
   expect_contains(complaints("schema = 2\nmaterial = { density = 1 }\n"), "schema 2 is not known");
-  expect_contains(complaints("name = \"a\"\nschema = 1\nmaterial = { density = 1 }\n"), "must be the first");
+  expect_contains(complaints("name = \"a\"\nschema = 1\nmaterial = { density = 1 }\n"),
+                  "must be the first");
 }
 
 TEST(Params, UnreadKeysAreFound) {
   const Document document = parse(file_with("name = \"a\""));
-  EXPECT_EQ(document.unread(), (std::vector<std::string>{"f.toml:2:1: name", "f.toml:3:2: material"}));
+  EXPECT_EQ(document.unread(),
+            (std::vector<std::string>{"f.toml:2:1: name", "f.toml:3:2: material"}));
   document.root().string("name");
   document.root().section("material");
   EXPECT_EQ(document.unread(), std::vector<std::string>{"f.toml:4:1: material.density"});
@@ -199,10 +231,9 @@ TEST(Overrides, ReplaceAddAndReachIntoLists) {
   EXPECT_EQ(modes("body[0].modes=0", 0), 0);
   EXPECT_EQ(modes("body.modes=3", 0), 3);
   EXPECT_EQ(modes("body.modes=3", 1), 3);
-  const Section root =
-      parse(text, {"material.density=\"1/4\"", "name=tub", "fluid.cell=0.5", "fluid.grid=[2, 2, 2]",
-                   "frames=[\"bodies.vtp\"]"})
-          .root();
+  const Section root = parse(text, {"material.density=\"1/4\"", "name=tub", "fluid.cell=0.5",
+                                    "fluid.grid=[2, 2, 2]", "frames=[\"bodies.vtp\"]"})
+                           .root();
   EXPECT_EQ(root.number("material.density"), 0.25);
   EXPECT_EQ(root.string("name"), "tub");  // a bare word is a string
   EXPECT_EQ(root.int_vec3("fluid.grid"), Vec3i(2, 2, 2));
@@ -212,8 +243,9 @@ TEST(Overrides, ReplaceAddAndReachIntoLists) {
 
 TEST(Overrides, AreValidatedLikeTheFile) {
   const std::string text = file_with("");
-  expect_contains(complaints(text, {"material.densty=1"}),
-                  "--set material.densty: error: unknown key 'material.densty'\n  did you mean 'density'?");
+  expect_contains(
+      complaints(text, {"material.densty=1"}),
+      "--set material.densty: error: unknown key 'material.densty'\n  did you mean 'density'?");
   expect_contains(complaints(text, {"material.density=-1"}), "--set material.density: error: ");
   expect_contains(complaints(text, {"body[0].modes=1"}), "there is no body[0]");
   expect_contains(complaints(text, {"name"}), "expected key=value");

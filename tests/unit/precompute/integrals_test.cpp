@@ -30,8 +30,8 @@ struct Body {
     for (Eigen::Index c = 0; c < 4; ++c)
       for (Eigen::Index i = 0; i < modes.rows(); ++i)
         modes(i, c) = std::sin(1.7 * double(i) + 0.9 * double(c * c));
-    q = Eigen::Vector4d(0.03, -0.02, 0.05, 0.01);
-    q_dot = Eigen::Vector4d(0.4, 1.1, -0.6, 0.2);
+    q = (VecX(4) << 0.03, -0.02, 0.05, 0.01).finished();
+    q_dot = (VecX(4) << 0.4, 1.1, -0.6, 0.2).finished();
     integrals = momentum_integrals(mesh.nodes, mass, modes);
   }
   int n() const { return int(mesh.nodes.size()); }

@@ -55,14 +55,12 @@ TEST(Tetrahedralize, SharpEdgesOfABoxSurvive) {
       }
 }
 
-TEST(Tetrahedralize, SameInputGivesTheSameMesh) {
+TEST(Tetrahedralize, SameInputGivesTheSameCgalMesh) {
   const TriMesh surface = shapes::torus(0.25, 0.1, 40, 20);
-  for (Mesher mesher : {Mesher::kCgal, Mesher::kGmsh}) {
-    const TetMesh a = tetrahedralize(surface, with(mesher, 4000)).mesh;
-    const TetMesh b = tetrahedralize(surface, with(mesher, 4000)).mesh;
-    EXPECT_TRUE(a.nodes == b.nodes);
-    EXPECT_TRUE(a.tets == b.tets);
-  }
+  const TetMesh a = tetrahedralize(surface, with(Mesher::kCgal, 4000)).mesh;
+  const TetMesh b = tetrahedralize(surface, with(Mesher::kCgal, 4000)).mesh;
+  EXPECT_TRUE(a.nodes == b.nodes);
+  EXPECT_TRUE(a.tets == b.tets);
 }
 
 TEST(Tetrahedralize, OpenOrInsideOutSurfacesAreRefused) {

@@ -54,9 +54,11 @@ TEST(InitialWater, ShapesAreExactDistancesAndTheirUnion) {
 TriMesh box_mesh(const Vec3& low, const Vec3& high) {
   TriMesh mesh;
   for (int n = 0; n < 8; ++n) {
-    mesh.vertices.emplace_back(n & 1 ? high[0] : low[0], n & 2 ? high[1] : low[1], n & 4 ? high[2] : low[2]);
+    mesh.vertices.emplace_back(n & 1 ? high[0] : low[0], n & 2 ? high[1] : low[1],
+                               n & 4 ? high[2] : low[2]);
   }
-  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& q : quads) {
     mesh.triangles.emplace_back(q[0], q[1], q[2]);
     mesh.triangles.emplace_back(q[0], q[2], q[3]);

@@ -149,8 +149,8 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
 }
 
 TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
-  // to_scene() already throws when a key of the file is never read; this closes the other half: no row of
-  // the schema is left out of kEverything.
+  // to_scene() already throws when a key of the file is never read; this closes the other half: no
+  // row of the schema is left out of kEverything.
   const ParamNode root = parse_param_text(std::string(kHead) + kEverything, "everything");
   for (const Key& key : scene_schema().keys()) {
     if (!key.later.empty() && key.later_values.empty()) continue;
@@ -180,7 +180,8 @@ TEST(ParseScene, AbsentSectionsSwitchOff) {
   const SceneSpec full = parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\n");
   EXPECT_TRUE(full.fluid->water.full);
   EXPECT_EQ(full.fluid->particles_per_cell, 0);
-  EXPECT_EQ(parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\nparticles = {}\n").fluid->particles_per_cell, 64);
+  EXPECT_EQ(
+      parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\nparticles = {}\n").fluid->particles_per_cell, 64);
 }
 
 TEST(ParseScene, DefaultsOfTheSchemaAreThoseOfTheOptions) {
@@ -203,15 +204,18 @@ TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   expect_contains(complaint("[[joint]]\nbodies = [\"a\", \"b\"]\n"), "joints ([[joint]])");
   expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
   expect_contains(complaint("[[force]]\n"), "actuation forces ([[force]])");
-  expect_contains(complaint("[contact]\nbodies = true\n"), "contact between bodies (contact.bodies = true)");
+  expect_contains(complaint("[contact]\nbodies = true\n"),
+                  "contact between bodies (contact.bodies = true)");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
   expect_contains(complaint("[[scatter]]\narchetype = \"a\"\ncount = 1\nbox = [[0,0,0],[1,1,1]]\n"
                             "waves = { count = 5, every = 0.4 }\n"),
                   "not in this version: bodies that appear during the run (scatter[0].waves)");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
-    expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"), "not in this version");
+    expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),
+                    "not in this version");
   }
-  expect_contains(complaint("[output]\ncheckpoint = { every_frames = 12, keep = 2 }\n"), "checkpoints");
+  expect_contains(complaint("[output]\ncheckpoint = { every_frames = 12, keep = 2 }\n"),
+                  "checkpoints");
 }
 
 TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {
@@ -239,18 +243,19 @@ TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {
 }
 
 TEST(ParseScene, AnEmptyWaterTableIsRefused) {
-  expect_contains(complaint("[fluid]\ngrid = [8, 8, 8]\ncell = 0.1\nwater = {}\n"), "the table is empty");
+  expect_contains(complaint("[fluid]\ngrid = [8, 8, 8]\ncell = 0.1\nwater = {}\n"),
+                  "the table is empty");
 }
 
 TEST(ParseScene, OverridesReachEverySection) {
-  const SceneSpec s =
-      parse(kEverything, {"fluid.grid=[2, 2, 2]", "body.modes=0", "time.end=1.0", "scatter[0].count=9"});
-  EXPECT_EQ(s.fluid->cells, Vec3i(2, 2, 2));
+  const SceneSpec s = parse(
+      kEverything, {"fluid.grid=[2, 2, 4]", "body.modes=0", "time.end=1.0", "scatter[0].count=9"});
+  EXPECT_EQ(s.fluid->cells, Vec3i(2, 2, 4));
   EXPECT_EQ(s.bodies.at(0).modes, 0);
   EXPECT_EQ(s.end_time, 1.0);
   EXPECT_EQ(s.scatters.at(0).count, 9);
   const SceneSpec again = parse_scene_text(s.text, "dir/tub.scene.toml");
-  EXPECT_EQ(again.fluid->cells, Vec3i(2, 2, 2));
+  EXPECT_EQ(again.fluid->cells, Vec3i(2, 2, 4));
   EXPECT_EQ(again.bodies.at(0).modes, 0);
 }
 

@@ -34,7 +34,8 @@ struct Recorder {
 TEST(RunLoop, StepsLandOnFramesEvenly) {
   Simulation simulation = falling_body();
   Recorder record;
-  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10}, record.events(simulation)), RunEnd::kDone);
+  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10}, record.events(simulation)),
+            RunEnd::kDone);
   ASSERT_EQ(record.frames.size(), 6u);  // the initial state and five frames
   for (int n = 0; n < 6; ++n) EXPECT_NEAR(record.frames[n], 0.1 * n, 1e-12);
   ASSERT_EQ(record.steps.size(), 20u);  // 0.1 s at 0.03 s: four steps of 0.025 s
@@ -52,7 +53,8 @@ TEST(RunLoop, LastFrameIsTheEndEvenWhenShorter) {
 TEST(RunLoop, UntilStopsEarlyAtExactlyThatTime) {
   Simulation simulation = falling_body();
   Recorder record;
-  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10, .until = 0.23}, record.events(simulation)),
+  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10, .until = 0.23},
+                       record.events(simulation)),
             RunEnd::kStopped);
   EXPECT_NEAR(simulation.time(), 0.23, 1e-12);
   EXPECT_EQ(record.frames.size(), 3u);
@@ -62,7 +64,8 @@ TEST(RunLoop, StopRequestEndsBeforeTheNextStep) {
   Simulation simulation = falling_body();
   Recorder record;
   record.stop = true;
-  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10}, record.events(simulation)), RunEnd::kStopped);
+  EXPECT_EQ(run_frames(simulation, {.end_time = 0.5, .fps = 10}, record.events(simulation)),
+            RunEnd::kStopped);
   EXPECT_TRUE(record.steps.empty());
 }
 
@@ -94,8 +97,9 @@ TEST(Expectations, JudgeTheMeansOverTheWindow) {
   expect_contains(texts[0], "PASS expect.volume_drift");
   expect_contains(texts[1], "PASS expect.iterations: 0, at most 0");
   expect_contains(texts[2], "FAIL expect.deformation_min: 0, at least 0.1");
-  // Free fall over the last half second: mean z = -g (1 - 1/8) / 3 = -2.861 m, mean speed 3/4 g = 7.36 m/s; a step of
-  // 0.025 s adds the mean of its end instead of its middle, g 0.0125 s = 0.12 m/s.
+  // Free fall over the last half second: mean z = -g (1 - 1/8) / 3 = -2.861 m, mean speed 3/4 g
+  // = 7.36 m/s; a step of 0.025 s adds the mean of its end instead of its middle, g 0.0125 s = 0.12
+  // m/s.
   expect_contains(texts[3], "PASS expect.body[0] (body 0) mean z: -2.95");
   expect_contains(texts[4], "FAIL expect.body[0] (body 0) mean z: -2.95");
   expect_contains(texts[5], "PASS expect.body[0] (body 0) mean speed: 7.48");

@@ -38,8 +38,9 @@ TEST_F(BuildScene, MomentaFollowFromVelocitiesAndDensity) {
   const double mass = 800.0 / 6.0;  // density times the volume of the unit corner tetrahedron
   EXPECT_DOUBLE_EQ(body.mass_scale, 2.0);
   EXPECT_NEAR((body.P - Vec3(0, 0, -2 * mass)).norm(), 0.0, 1e-12 * mass);
-  // Corner tetrahedron about its centroid: int x^2 = 1/160 each, int x y = -1/480; turning about z by 90 degrees flips
-  // the sign of I_yz only. L = I w with w = 3 z: I_zz = 2/160, I_xz = 1/480 rho w, I_yz likewise.
+  // Corner tetrahedron about its centroid: int x^2 = 1/160 each, int x y = -1/480; turning about z
+  // by 90 degrees flips the sign of I_yz only. L = I w with w = 3 z: I_zz = 2/160, I_xz = 1/480 rho
+  // w, I_yz likewise.
   const Vec3 L = 800.0 * 3.0 * Vec3(-1.0 / 480, 1.0 / 480, 2.0 / 160);
   EXPECT_NEAR((body.L - L).norm(), 0.0, 1e-12 * L.norm());
   EXPECT_EQ(body.r, 2);  // all that are stored
@@ -52,16 +53,19 @@ TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);
   EXPECT_EQ(build(body + "1").bodies.at(0).q.size(), 1);
   const std::string text = message_of<InputError>([&] { build(body + "3\n" + body + "4\n"); });
-  expect_contains(text, "s.scene.toml:6:9: error: the body asks for 3 modes, archetype tetra stores 2");
+  expect_contains(text,
+                  "s.scene.toml:6:9: error: the body asks for 3 modes, archetype tetra stores 2");
   expect_contains(text, "asks for 4 modes");
 }
 
 TEST_F(BuildScene, MissingArchetypesAreNamedTogetherAsFileError) {
   const std::string text = message_of<FileError>([&] {
-    build("[[body]]\narchetype = \"toros\"\nposition = [0, 0, 0]\n"
-          "[[body]]\narchetype = \"gone.h5\"\nposition = [0, 0, 0]\n");
+    build(
+        "[[body]]\narchetype = \"toros\"\nposition = [0, 0, 0]\n"
+        "[[body]]\narchetype = \"gone.h5\"\nposition = [0, 0, 0]\n");
   });
-  expect_contains(text, "s.scene.toml:4:13: error: there is no archetype file " + (folder_ / "toros.h5"));
+  expect_contains(text,
+                  "s.scene.toml:4:13: error: there is no archetype file " + (folder_ / "toros.h5"));
   expect_contains(text, "make -f pipeline.mk bodies");
   expect_contains(text, folder_ / "gone.h5");
 }
@@ -72,8 +76,9 @@ TEST_F(BuildScene, DamagedArchetypeIsAFileError) {
 }
 
 TEST_F(BuildScene, InstancesShareOneArchetype) {
-  const BuiltScene built = build("[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\n"
-                                 "[[body]]\narchetype = \"tetra\"\nposition = [5, 0, 0]\n");
+  const BuiltScene built = build(
+      "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\n"
+      "[[body]]\narchetype = \"tetra\"\nposition = [5, 0, 0]\n");
   EXPECT_EQ(built.bodies[0].archetype.get(), built.bodies[1].archetype.get());
 }
 
@@ -89,13 +94,17 @@ TEST_F(BuildScene, TankAndWaterBecomeOptions) {
   EXPECT_TRUE(built.options.wall_contact);
   EXPECT_EQ(built.options.open_side, (Sides{false, false, false, false, false, true}));
   EXPECT_EQ(built.options.reference_point[2], 10.5);
-  EXPECT_FALSE(build("[fluid]\ngrid = [4, 4, 4]\ncell = 1\nwater = { level = 0 }").options.has_water);
+  EXPECT_FALSE(
+      build("[fluid]\ngrid = [4, 4, 4]\ncell = 1\nwater = { level = 0 }").options.has_water);
   EXPECT_EQ(build("").options.grid.cells(), 0u);
 }
 
 TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
-  folder_.write("m/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 4/2 2/3\nf 2 4 3\nf -1 -4 -2\n");
-  const std::string place = "scale = 2\nposition = [1, 0, 0]\nrotation = { axis = [0, 0, 1], degrees = 90 }\n";
+  folder_.write(
+      "m/t.obj",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 4/2 2/3\nf 2 4 3\nf -1 -4 -2\n");
+  const std::string place =
+      "scale = 2\nposition = [1, 0, 0]\nrotation = { axis = [0, 0, 1], degrees = 90 }\n";
   const BuiltScene built = build("[[static]]\nmesh = \"m/t.obj\"\n" + place);
   const TriMesh& mesh = built.obstacles.at(0);
   EXPECT_NEAR((mesh.vertices[1] - Vec3(1, 2, 0)).norm(), 0.0, 1e-15);
@@ -103,9 +112,11 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   EXPECT_NEAR(enclosed_volume(mesh), 8.0 / 6.0, 1e-15);
 
   folder_.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"open.obj\"\n"); }), "not closed");
+  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"open.obj\"\n"); }),
+                  "not closed");
   folder_.write("odd.obj", "v 0 0 0\nv 1 0\n");
-  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"odd.obj\"\n"); }), "odd.obj:2:");
+  expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"odd.obj\"\n"); }),
+                  "odd.obj:2:");
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
 }
 
@@ -142,8 +153,8 @@ TEST_F(BuildScene, ScatterThatDoesNotFitSaysHowManyDid) {
 }
 
 TEST(RandomRotation, IsUniform) {
-  // Mean of R x over uniform rotations is 0 with variance 1/3 per component: 4000 samples give a standard
-  // deviation of 0.009; 5 sigma. Measured 0.009.
+  // Mean of R x over uniform rotations is 0 with variance 1/3 per component: 4000 samples give a
+  // standard deviation of 0.009; 5 sigma. Measured 0.009.
   ScatterSpec scatter;
   scatter.count = 4000;
   scatter.box = {Vec3::Zero(), Vec3::Ones()};
@@ -173,7 +184,8 @@ TEST(MakeFragment, ListsEveryFileOnceAndEscapes) {
     archetype = "a"
     position = [0, 0, 0]
     [[static]]
-    mesh = "my rocks.obj")", "s/x.scene.toml");
+    mesh = "my rocks.obj")",
+                                           "s/x.scene.toml");
   const ArchetypeLibrary library("s", "arch");
   EXPECT_EQ(make_fragment("run/x", scene_dependencies(scene, library)),
             "run/x: \\\n  s/x.scene.toml \\\n  arch/a.h5 \\\n  s/my\\ rocks.obj\n"

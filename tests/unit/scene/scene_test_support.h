@@ -17,7 +17,8 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     static int count = 0;
-    path_ = testing::TempDir() + "scene_" + std::to_string(::getpid()) + "_" + std::to_string(count++);
+    path_ =
+        testing::TempDir() + "scene_" + std::to_string(::getpid()) + "_" + std::to_string(count++);
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() { std::filesystem::remove_all(path_); }
@@ -37,7 +38,8 @@ inline Archetype tetrahedron_archetype(const std::string& name) {
   Archetype a;
   a.name = name;
   a.density = 400, a.young = 5e4, a.poisson = 0.4;
-  a.tets.nodes = {{-0.25, -0.25, -0.25}, {0.75, -0.25, -0.25}, {-0.25, 0.75, -0.25}, {-0.25, -0.25, 0.75}};
+  a.tets.nodes = {
+      {-0.25, -0.25, -0.25}, {0.75, -0.25, -0.25}, {-0.25, 0.75, -0.25}, {-0.25, -0.25, 0.75}};
   a.tets.tets = {{0, 1, 2, 3}};
   a.surface = boundary_surface(a.tets, a.surface_to_node);
   vertex_normals_and_areas(a.surface, a.surface_normals, a.surface_areas);
