@@ -10,6 +10,8 @@ ASSETS ?= $(ARCHETIDE_ROOT)assets
 OUT ?= $(ARCHETIDE_ROOT)out
 # Extra key=value words for the runs: SETS for all of them, SETS_tub for the scene tub.
 SETS ?=
+# Extra options of `archetide-sim render`.
+RENDER ?=
 # Compile jobs, and threads of a run (empty: all cores, shared among the jobs of `make -j`).
 JOBS ?= 2
 THREADS ?=
@@ -125,11 +127,12 @@ $(ARCHETIDE_SCENES:%=film/%): film/%: $(ARCHETIDE_STATE)/%.film
 
 $(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D)
-	$(ARCHETIDE_SIM) render $(OUT)/runs/$*
+	$(ARCHETIDE_SIM) render $(OUT)/runs/$* $(RENDER)
 	@touch $@
 
 # Of every run that is there; runs nothing.
 report: | $(ARCHETIDE_SIM)
+	@ls $(OUT)/runs/*/done.stamp >/dev/null 2>&1 || { echo "report: no finished run in $(OUT)/runs" >&2; exit 2; }
 	$(ARCHETIDE_SIM) report $(patsubst %/done.stamp,%,$(wildcard $(OUT)/runs/*/done.stamp)) -o $(OUT)/report.html
 
 # Validates every scene, runs those that are stale; a run that misses its [expect] fails.
@@ -139,7 +142,7 @@ check-scenes: | $(ARCHETIDE_SIM) bodies
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' SETS='$(SETS)' runs
 
 # The first thing to try: two of the paper's scenes, coarse, with films and a report, in OUT/demo.
-ARCHETIDE_DEMO = $(ARCHETIDE_MAKE) OUT='$(OUT)/demo' \
+ARCHETIDE_DEMO = $(ARCHETIDE_MAKE) OUT='$(OUT)/demo' RENDER='--size 640x360' \
   SETS_tub='fluid.grid=[48,48,48] fluid.cell=1/48 fluid.particles.per_cell=16' \
   SETS_buoyancy='fluid.grid=[100,20,55] fluid.cell=0.05 fluid.particles.per_cell=16'
 demo: build

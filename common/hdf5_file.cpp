@@ -1,14 +1,11 @@
 #include "common/hdf5_file.h"
 
 #include <hdf5.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <array>
 #include <filesystem>
 #include <system_error>
 
-#include "common/atomic_file.h"
 #include "common/input_error.h"
 
 namespace archetide {
@@ -35,7 +32,13 @@ class Handle {
 
 using Type = DataArray::Type;
 
-void silence_library() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// Errors are ours to report, and files ours to close: left to itself at exit, HDF5 1.10 crashes
+/// when the disk was full.
+void prepare_library() {
+  static const herr_t no_exit_handler = H5dont_atexit();
+  static_cast<void>(no_exit_handler);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 std::size_t item_bytes(Type type) {
   return type == Type::kFloat64 ? 8 : type == Type::kText ? 1 : 4;
@@ -115,31 +118,24 @@ void strip_padding(std::string& text) {
 
 // ---- writing ----------------------------------------------------------------------------------
 
-Hdf5Writer::Hdf5Writer(const std::string& path) : path_(path) {
-  { const AtomicFile writable(path); }  // complain before the work
-  silence_library();
+Hdf5Writer::Hdf5Writer(const std::string& path) : file_(path), path_(path) {
+  prepare_library();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // Format 1.8: its metadata carry checksums, so that a flipped bit is an error and not another
   // file.
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18);
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.id(), false);
-  // In memory: on a full disk HDF5 1.10 would crash when it closes its files at exit. (Its own
-  // files in memory, H5Fget_file_image, come out with a wrong checksum: HDFGroup/hdf5 issue 1915.)
-  memory_ = ::memfd_create("hdf5", MFD_CLOEXEC);
-  if (memory_ < 0) fail("no memory to make it in");
-  const std::string in_memory = "/proc/self/fd/" + std::to_string(memory_);
-  id_ = H5Fcreate(in_memory.c_str(), H5F_ACC_TRUNC, creation.id(), access.id());
+  id_ = H5Fcreate(file_.part().c_str(), H5F_ACC_TRUNC, creation.id(), access.id());
   if (id_ < 0) fail("cannot be created");
 }
 
 Hdf5Writer::~Hdf5Writer() {
   if (id_ >= 0) H5Fclose(id_);
-  if (memory_ >= 0) ::close(memory_);
 }
 
 void Hdf5Writer::fail(const std::string& what) const {
-  throw MachineError(path_ + ": " + what + " (out of memory?)");
+  throw MachineError(path_ + ": " + what + " (is the disk full, or the folder read-only?)");
 }
 
 void Hdf5Writer::write(const std::string& name, const DataArray& data, const std::string& unit,
@@ -178,19 +174,15 @@ void Hdf5Writer::attribute(const std::string& name, int value) {
 void Hdf5Writer::commit() {
   const herr_t closed = H5Fclose(id_);
   id_ = -1;
-  const off_t bytes = ::lseek(memory_, 0, SEEK_END);
-  if (closed < 0 || bytes <= 0) fail("cannot be completed");
-  void* image = ::mmap(nullptr, static_cast<std::size_t>(bytes), PROT_READ, MAP_SHARED, memory_, 0);
-  if (image == MAP_FAILED) fail("cannot be completed");
-  write_file_atomically(path_, {static_cast<const char*>(image), static_cast<std::size_t>(bytes)});
-  ::munmap(image, static_cast<std::size_t>(bytes));
+  if (closed < 0) fail("cannot be completed");
+  file_.commit();
 }
 
 // ---- reading ----------------------------------------------------------------------------------
 
 Hdf5Reader::Hdf5Reader(const std::string& path, std::string advice)
     : path_(path), advice_(std::move(advice)) {
-  silence_library();
+  prepare_library();
   std::error_code problem;
   if (!std::filesystem::exists(path, problem)) fail("no such file");
   if (!std::filesystem::is_regular_file(path, problem)) fail("not a file");

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/atomic_file.h"
+
 namespace archetide {
 
 /// What one dataset holds: a type, a shape (row-major, empty for a scalar) and its bytes in native
@@ -17,9 +19,8 @@ struct DataArray {
   std::vector<char> bytes;
 };
 
-/// Writes an HDF5 file atomically: it is made in memory and written in one go. The same calls give
-/// the same bytes: no times are stored, and metadata carry checksums (format 1.8). Throws
-/// MachineError.
+/// Writes an HDF5 file atomically. The same calls give the same bytes: no times are stored, and
+/// metadata carry checksums (format 1.8). Throws MachineError.
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::string& path);
@@ -36,8 +37,8 @@ class Hdf5Writer {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
+  AtomicFile file_;
   std::string path_;
-  int memory_ = -1;  // descriptor of the file in memory
   std::int64_t id_ = -1;
 };
 

@@ -26,7 +26,8 @@ struct TetrahedralizeResult {
 
 /// Fills a closed, manifold, outward oriented surface without self-intersections (the caller has
 /// checked; an open one would crash the mesher, so it is refused here again). Same input, same
-/// output. Throws InputError (surface unfit), NumericsError (quality gate).
+/// output (gmsh: in a fresh process). Throws InputError (surface unfit), NumericsError (quality
+/// gate).
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeOptions& options);
 
 }  // namespace archetide

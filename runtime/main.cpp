@@ -121,14 +121,15 @@ int finish_broken_run(const NumericsError& error, const Simulation& simulation, 
 }
 
 int finish_run(RunEnd end, bool whole, const Expectations& expectations,
-               const Simulation& simulation, RunWriter& writer) {
+               const Simulation& simulation, const Arguments& a, RunWriter& writer) {
   if (end == RunEnd::kStopped) {
     writer.finish(kExitStopped, interrupted ? "interrupted" : "stopped by --until", simulation);
     return kExitStopped;
   }
   const bool good = !whole || judge(expectations, writer);
-  writer.finish(good ? kExitDone : kExitNumerics,
-                good ? "" : "the run missed what [expect] asks for", simulation);
+  const std::string reason = good ? "" : "the run missed what [expect] asks for";
+  writer.finish(good ? kExitDone : kExitNumerics, reason, simulation);
+  if (!good && a.common.quiet) log_error("error: " + reason);
   return good ? kExitDone : kExitNumerics;
 }
 
@@ -154,7 +155,7 @@ int run(const Arguments& a) {
   events.stop_requested = [] { return interrupted != 0; };
   try {
     const RunEnd end = run_frames(simulation, plan, events);
-    return finish_run(end, plan.end_time == scene.end_time, expectations, simulation, writer);
+    return finish_run(end, plan.end_time == scene.end_time, expectations, simulation, a, writer);
   } catch (const NumericsError& error) {
     return finish_broken_run(error, simulation, a, writer);
   }
@@ -421,7 +422,8 @@ int program(int argc, char** argv) {
   for (const Verb& verb : verbs()) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.purpose);
     verb.options(*sub, a);
-    sub->fallthrough()->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" + footer());
+    sub->fallthrough(!sub->get_allow_extras())
+        ->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" + footer());
     names.push_back(verb.name);
   }
   for (int n = 0; n < argc; ++n) a.command_line += (n ? " " : "") + std::string(argv[n]);

@@ -13,18 +13,6 @@
 namespace archetide {
 namespace {
 
-CouplingOptions coupling_options(const SimulationOptions& o) {
-  CouplingOptions c;
-  c.grid = o.grid;
-  c.has_water = o.has_water;
-  c.open_side = o.open_side;
-  c.hydrostatics = {o.water_density, o.gravity, o.reference_point};
-  c.geometry = o.geometry;
-  c.modal = o.modal;
-  c.solve = {o.tolerance, o.max_iterations};
-  return c;
-}
-
 WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   WallContactOptions w;
   w.low = o.grid.low();
@@ -39,6 +27,19 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   w.dt = dt;
   w.modal = o.modal;
   return w;
+}
+
+CouplingOptions coupling_options(const SimulationOptions& o) {
+  CouplingOptions c;
+  c.grid = o.grid;
+  c.has_water = o.has_water;
+  c.open_side = o.open_side;
+  c.hydrostatics = {o.water_density, o.gravity, o.reference_point};
+  c.geometry = o.geometry;
+  c.modal = o.modal;
+  c.solve = {o.tolerance, o.max_iterations};
+  c.walls = wall_options(o, 0.0);
+  return c;
 }
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.
@@ -80,7 +81,7 @@ struct Simulation::Impl {
   std::vector<TriMesh> obstacles;
   Coupling coupling;
 
-  std::vector<std::vector<ContactPoint>> resting;  // per body, points held by a wall
+  std::vector<StageContacts> held;                 // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;                    // per body, bounds its extent
   std::vector<Vec3> water_impulse, water_angular_impulse;
   FaceField<unsigned char> valid;                  // faces of fluid.u that mean something (layers count)
@@ -92,7 +93,7 @@ struct Simulation::Impl {
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b, std::vector<TriMesh> obs)
       : options(std::move(o)), fluid(std::move(initial)), bodies(std::move(b)), obstacles(std::move(obs)),
-        coupling(coupling_options(options), obstacles), resting(bodies.size()),
+        coupling(coupling_options(options), obstacles), held(bodies.size()),
         water_impulse(bodies.size(), Vec3::Zero()), water_angular_impulse(bodies.size(), Vec3::Zero()) {
     for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
   }
@@ -113,6 +114,7 @@ struct Simulation::Impl {
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& mid_points, StepReport& report);
+  bool may_reach_wall(std::size_t b, double dt) const;
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
 };
@@ -126,7 +128,7 @@ void Simulation::Impl::prepare() {
   u_star.resize(g, 0.0);
   valid.resize(g, 1);
   std::vector<StageBody> stage;
-  for (const ReducedBody& b : bodies) stage.push_back({&b, current_configuration(b), {}, {}});
+  for (const ReducedBody& b : bodies) stage.push_back({&b, current_configuration(b), {}, false, {}});
   coupling.update_geometry(stage);
   mark_solid_cells(coupling.solids(), solid_cells);
   prepare_surface(g, fluid, surface_options(), solid_cells);
@@ -144,7 +146,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   if (has_water()) u_half = fluid.u;
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, resting[b]});
+    stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
   std::vector<StageResult> results;
   report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage, u_half, results);
   if (!report.position.converged) return false;
@@ -158,6 +160,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     std::vector<Vec3> before, &mid = mid_points[b];
     surface_points(bodies[b], before);
     middle.push_back(advance_pose(bodies[b], results[b].motion, results[b].y, dt));
+    held[b] = results[b].contacts;
     surface_points(bodies[b], mid);
     for (std::size_t v = 0; v < mid.size(); ++v) mid[v] = 0.5 * (before[v] + mid[v]);
   }
@@ -170,12 +173,18 @@ void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
   ScopedTimer timer(profile, "contact");
   const WallContactOptions walls = wall_options(options, dt);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    resting[b].clear();
-    if (away_from_walls(bodies[b], reach[b], walls)) continue;
-    WallContactResult contact = resolve_wall_contacts(bodies[b], walls);
+    if (held[b].points.empty() && away_from_walls(bodies[b], reach[b], walls)) continue;
+    WallContactResult contact = resolve_wall_contacts(bodies[b], walls, held[b].points);
     report.contacts += contact.contacts;
-    resting[b] = std::move(contact.resting);
+    held[b] = std::move(contact.velocity_stage);
   }
+}
+
+// Whether the body may come to a wall within the step.
+bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
+  if (!has_tank() || !options.wall_contact) return false;
+  const double speed = largest_surface_speed(bodies[b]) + options.gravity.norm() * dt;
+  return !away_from_walls(bodies[b], reach[b], wall_options(options, dt), 2.0 * speed * dt);
 }
 
 // Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
@@ -198,7 +207,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   ScopedTimer timer(profile, "velocities");
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], mid_points[b], resting[b]});
+    stage.push_back({&bodies[b], middle[b], mid_points[b], false, held[b]});
   std::vector<StageResult> results;
   report.velocity = coupling.couple(Stage::kVelocityFull, dt, {&fluid.phi, has_water() ? &u_half : nullptr, 0.5 * dt},
                                     stage, u_star, results);
@@ -269,7 +278,6 @@ StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
-  const auto resting = s.resting;
   const Array3<double> phi = s.fluid.phi;
   const Particles particles = s.fluid.particles;
   const FaceField<unsigned char> valid = s.valid;
@@ -290,7 +298,6 @@ StepReport Simulation::step(double dt) {
                           " s (dt = " + std::to_string(dt) + " s, residual " +
                           std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
     s.bodies = bodies;
-    s.resting = resting;
     s.fluid.phi = phi;
     s.fluid.particles = particles;
     s.valid = valid;

@@ -20,14 +20,14 @@ MatX pseudo_inverse(const MatX& A) {
 
 }  // namespace
 
-ConstrainedMass::ConstrainedMass(GeneralisedMass H, MatX rows, VecX target)
-    : H_(std::move(H)),
-      rows_(std::move(rows)),
-      target_(target.size() > 0 ? std::move(target) : VecX(VecX::Zero(rows_.rows()))),
-      response_(H_.size(), rows_.rows()) {
-  for (long k = 0; k < rows_.rows(); ++k) response_.col(k) = H_.solve(rows_.row(k).transpose());
+ConstrainedMass::ConstrainedMass(const MatX& inverse_mass, MatX rows, VecX target)
+    : rows_(std::move(rows)), target_(std::move(target)) {
+  if (target_.size() == 0) target_ = VecX::Zero(rows_.rows());
+  response_ = inverse_mass * rows_.transpose();
   const MatX gram = rows_ * response_;
   gram_inverse_ = pseudo_inverse(0.5 * (gram + gram.transpose()));
+  const MatX held = response_ * gram_inverse_ * response_.transpose();
+  inverse_ = inverse_mass - 0.5 * (held + held.transpose());
 }
 
 VecX ConstrainedMass::impulses(const VecX& y) const {
@@ -39,11 +39,6 @@ VecX ConstrainedMass::project(const VecX& y) const {
   return y + response_ * impulses(y);
 }
 
-VecX ConstrainedMass::solve(const VecX& f) const {
-  const VecX y = H_.solve(f);
-  if (rows_.rows() == 0) return y;
-  return y - response_ * (gram_inverse_ * (rows_ * y));
-}
 
 std::vector<int> pressing_rows(const GeneralisedMass& H, const MatX& rows, const VecX& y,
                                const VecX& target) {

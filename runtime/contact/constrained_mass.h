@@ -23,22 +23,22 @@ namespace archetide {
 /// of the largest count as zero, and the impulses are the least ones.
 class ConstrainedMass {
  public:
-  /// `target`: m, separating speeds at the points, m/s; empty: zero.
-  ConstrainedMass(GeneralisedMass H, MatX rows, VecX target = VecX());
+  /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating speeds at the points, m/s; empty: zero.
+  ConstrainedMass(const MatX& inverse_mass, MatX rows, VecX target = VecX());
 
-  int size() const { return H_.size(); }
-  const GeneralisedMass& mass() const { return H_; }
   const MatX& rows() const { return rows_; }
+  /// H⁻¹ − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C H⁻¹ itself.
+  const MatX& inverse() const { return inverse_; }
 
-  /// (H⁻¹ − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C H⁻¹) f: symmetric, positive semi-definite.
-  VecX solve(const VecX& f) const;
+  /// inverse() f: symmetric, positive semi-definite.
+  VecX solve(const VecX& f) const { return inverse_ * f; }
   /// The velocity nearest to y in the energy norm that gives every point its target.
   VecX project(const VecX& y) const;
   /// λ = (C H⁻¹ Cᵀ)⁺ (target − C y), m, N s along the normals: project(y) = y + H⁻¹ Cᵀ λ.
   VecX impulses(const VecX& y) const;
 
  private:
-  GeneralisedMass H_;
+  MatX inverse_;       // (6 + r) x (6 + r)
   MatX rows_;          // C, m x (6 + r)
   VecX target_;        // m
   MatX response_;      // H⁻¹ Cᵀ, (6 + r) x m

@@ -64,6 +64,18 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
   }
 }
 
+// No water to meet: bodies move freely.
+SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned char>& valid) {
+  for (CoupledBody& body : bodies) {
+    body.y = body.y_star;
+    body.impulse = VecX::Zero(body.y.size());
+  }
+  for (auto& component : valid.axis) component.fill(0);
+  SolveReport report;
+  report.converged = true;
+  return report;
+}
+
 }  // namespace
 
 void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
@@ -167,6 +179,7 @@ void CoupledOperator::add_closed_correction(const double* r, double* z) const {
 SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
                                  std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
                                  MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure) {
+  if (s.unknowns == 0) return without_water(bodies, valid);
   const auto start = std::chrono::steady_clock::now();
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies);

@@ -2,30 +2,12 @@
 
 #include <algorithm>
 
-#include "runtime/coupling/constraint.h"
 #include "runtime/coupling/hydrostatic_force.h"
 
 namespace archetide {
 namespace {
 
 double stage_seconds(Stage stage, double dt) { return stage == Stage::kPositionHalf ? 0.5 * dt : dt; }
-
-MatX inverse(const GeneralisedMass& H) {
-  MatX inverse = MatX::Zero(H.size(), H.size());
-  inverse.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / H.mass);
-  inverse.block<3, 3>(3, 3) = H.inertia_inverse;
-  const auto r = H.M_hat.rows();
-  if (r > 0) inverse.bottomRightCorner(r, r) = H.M_hat_factor.solve(MatX::Identity(r, r));
-  return inverse;
-}
-
-MatX dense(const GeneralisedMass& H) {
-  MatX m = MatX::Zero(H.size(), H.size());
-  m.topLeftCorner<3, 3>().diagonal().setConstant(H.mass);
-  m.block<3, 3>(3, 3) = H.inertia;
-  m.bottomRightCorner(H.M_hat.rows(), H.M_hat.rows()) = H.M_hat;
-  return m;
-}
 
 }  // namespace
 
@@ -75,129 +57,147 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   fill_open_fractions();
 }
 
+// Uncoupled motion of one body under its weight and the hydrostatic part of the water's pressure, its F and H^-1.
+void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
+                          CoupledBody& c, StageResult& out) {
+  const ReducedBody& body = *in.body;
+  const double h = stage_seconds(stage, dt);
+  VecX weight = VecX::Zero(body.dofs()), hydro = weight;
+  weight.head<3>() = body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
+  if (wet()) {
+    const auto& mid = in.mid_points.empty() ? surfaces_[b].points : in.mid_points;
+    hydro = hydrostatic_force(options_.grid, surfaces_[b], mid, system_);
+  }
+  const VecX force = weight + hydro;
+  out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);
+  out.delta_P = h * force.head<3>();
+  out.delta_L = h * force.segment<3>(3);
+  out.water_impulse = h * hydro;
+  out.contacts = in.held;
+  if (stage == Stage::kPositionHalf && in.near_wall) {
+    WallContactOptions walls = options_.walls;
+    walls.dt = dt;
+    out.contacts = contacts_ahead(body, out.motion, dt, walls);
+  }
+
+  c.y_star = out.motion.y_star;
+  c.inverse_mass = out.motion.H.inverse();
+  if (!wet()) return;
+  if (options_.geometry == Geometry::kCutCell) {
+    c.flux = std::move(fluxes_[b]);
+    return;
+  }
+  // (H + Q^T b Q) y = H y* + Q^T b u*: the paper's faces carry their dual cell's water with the body.
+  VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(), options_.hydrostatics.density, u, is_water_);
+  const MatX H = out.motion.H.dense();
+  const Eigen::LDLT<MatX> factor(H + v.fluid_mass);
+  c.flux = std::move(v.flux);
+  c.y_star = factor.solve(H * c.y_star + v.fluid_momentum);
+  c.inverse_mass = factor.solve(MatX::Identity(body.dofs(), body.dofs()));
+}
+
+// The coupled solve with bodies held at walls. A wall may push but not pull: the points that press are found again
+// from the solution's pressure, and the solve repeated until they do not change.
+SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
+                                 std::vector<CoupledBody>& coupled, std::vector<StageResult>& results) {
+  const std::vector<CoupledBody> unheld = coupled;
+  const std::size_t n = bodies.size();
+  std::vector<MatX> rows(n), tangents(n);
+  std::vector<std::vector<int>> pressing(n);
+  bool any = false;
+  for (std::size_t b = 0; b < n; ++b) {
+    const StageContacts& contacts = results[b].contacts;
+    if (contacts.points.empty()) continue;
+    const ReducedBody& body = *bodies[b].body;
+    const ConfigurationTerms here = configuration_terms(body, current_configuration(body), options_.modal.mass);
+    rows[b] = contact_rows(body, here, contacts.points);
+    tangents[b] = tangent_rows(body, here, contacts.points);
+    pressing[b] = pressing_rows(results[b].motion.H, rows[b], unheld[b].y_star, contacts.target);
+    any = true;
+  }
+  const MacField u_star = any ? u : MacField();
+
+  SolveReport total;
+  constexpr int kMaxRounds = 4;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    for (std::size_t b = 0; b < n; ++b) {
+      if (rows[b].rows() == 0) continue;
+      const ConstrainedMass held(unheld[b].inverse_mass, rows[b](pressing[b], Eigen::all),
+                                 results[b].contacts.target(pressing[b]));
+      coupled[b].inverse_mass = held.inverse();
+      coupled[b].y_star = held.project(unheld[b].y_star);
+    }
+    if (round > 0) u = u_star;
+    const SolveReport r = solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve,
+                                        u, valid_, pressure_[stage == Stage::kVelocityFull]);
+    total.iterations += r.iterations;
+    total.residual = r.residual;
+    total.converged = r.converged;
+    total.setup_seconds += r.setup_seconds;
+    total.solve_seconds += r.solve_seconds;
+    bool changed = false;
+    for (std::size_t b = 0; b < n; ++b) {
+      if (rows[b].rows() == 0) continue;
+      const VecX y_free = unheld[b].y_star + unheld[b].inverse_mass * coupled[b].impulse;
+      auto now = pressing_rows(results[b].motion.H, rows[b], y_free, results[b].contacts.target);
+      changed = changed || now != pressing[b];
+      pressing[b] = std::move(now);
+    }
+    if (!changed || !wet()) break;
+  }
+
+  // Friction, and what the last round did not settle, on the body alone.
+  for (std::size_t b = 0; b < n; ++b) {
+    if (rows[b].rows() == 0) continue;
+    coupled[b].y = unheld[b].y_star + unheld[b].inverse_mass * coupled[b].impulse;
+    push_apart(results[b].motion.H, rows[b], tangents[b], results[b].contacts.target, options_.walls.friction,
+               coupled[b].y);
+  }
+  return total;
+}
+
+// On the paper's constraint faces the water moves with the body.
+void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u) {
+  for (std::size_t b = 0; b < voxels_.size(); ++b)
+    for (const ConstraintFace& f : voxels_[b].faces)
+      if (is_water_(f.outer[0], f.outer[1], f.outer[2])) {
+        u[f.axis](f.face[0], f.face[1], f.face[2]) = f.Q.dot(coupled[b].y);
+        valid_[f.axis](f.face[0], f.face[1], f.face[2]) = 1;
+      }
+}
+
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
                              std::vector<StageResult>& results) {
   const Grid& g = options_.grid;
-  const double h = stage_seconds(stage, dt), rho = options_.hydrostatics.density;
-  const bool wet = options_.has_water && g.cells() > 0;
-  if (wet) {
+  if (wet()) {
     update_geometry(bodies);
     assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, system_);
+    is_water_.resize(g.nx, g.ny, g.nz);
+    for (std::size_t n = 0; n < is_water_.size(); ++n)
+      is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
   }
-
-  // Uncoupled motion under weight and the hydrostatic part of the water's pressure.
-  results.resize(bodies.size());
+  results.assign(bodies.size(), {});
   std::vector<CoupledBody> coupled(bodies.size());
-  std::vector<MatX> rows(bodies.size());   // contact rows, m x (6 + r)
-  std::vector<MatX> free_mass(bodies.size());
   std::vector<VecX> free_velocity(bodies.size());
-  Array3<unsigned char> is_water;
-  if (wet && options_.geometry == Geometry::kVoxel) {
-    is_water.resize(g.nx, g.ny, g.nz);
-    for (std::size_t n = 0; n < is_water.size(); ++n) is_water[n] = system_.matrix.kind[n] == CellKind::kUnknown;
-  }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const ReducedBody& body = *bodies[b].body;
-    StageResult& out = results[b];
-    VecX weight = VecX::Zero(body.dofs());
-    weight.head<3>() = body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
-    VecX hydro = VecX::Zero(body.dofs());
-    if (wet) {
-      const auto& mid = bodies[b].mid_points.empty() ? surfaces_[b].points : bodies[b].mid_points;
-      hydro = hydrostatic_force(g, surfaces_[b], mid, system_);
-    }
-    const VecX force = weight + hydro;
-    out.motion = free_motion(body, bodies[b].at, force, dt, stage, options_.modal);
-    out.delta_P = h * force.head<3>();
-    out.delta_L = h * force.segment<3>(3);
-    out.water_impulse = h * hydro;
-
-    CoupledBody& c = coupled[b];
-    free_mass[b] = dense(out.motion.H);
-    free_velocity[b] = out.motion.y_star;
-    c.y_star = out.motion.y_star;
-    c.inverse_mass = inverse(out.motion.H);
-    if (wet && options_.geometry == Geometry::kVoxel) {
-      // (H + Q^T b Q) y = H y* + Q^T b u*: the paper's faces carry their dual cell's water with the body.
-      VoxelCoupling v = voxel_coupling(g, voxels_[b], body.dofs(), rho, u, is_water);
-      const Eigen::LDLT<MatX> factor(free_mass[b] + v.fluid_mass);
-      c.flux = std::move(v.flux);
-      c.y_star = factor.solve(free_mass[b] * c.y_star + v.fluid_momentum);
-      c.inverse_mass = factor.solve(MatX::Identity(body.dofs(), body.dofs()));
-    } else if (wet) {
-      c.flux = std::move(fluxes_[b]);
-    }
-    if (!bodies[b].resting.empty()) {
-      // Of the resting points those that the load so far presses on the wall.
-      const ConfigurationTerms here =
-          configuration_terms(body, current_configuration(body), options_.modal.mass);
-      const MatX all = contact_rows(body, here, bodies[b].resting);
-      rows[b] = all(pressing_rows(out.motion.H, all, out.motion.y_star), Eigen::all);
-    }
+    start_body(stage, dt, b, bodies[b], u, coupled[b], results[b]);
+    free_velocity[b] = results[b].motion.y_star;
   }
 
-  // A wall may push but not pull: rows whose impulse comes out negative are released and the solve repeated.
-  const std::vector<CoupledBody> unconstrained = coupled;
-  const MacField u_star = std::any_of(rows.begin(), rows.end(), [](const MatX& m) { return m.rows() > 0; }) ? u : MacField();
-  SolveReport report;
-  report.converged = true;
-  constexpr int kMaxRounds = 4;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-      if (rows[b].rows() > 0) {
-        const ConstrainedInverse held = constrain(unconstrained[b].inverse_mass, rows[b]);
-        coupled[b].inverse_mass = held.inverse_mass;
-        coupled[b].y_star = held.project(unconstrained[b].y_star);
-      }
-    if (wet && system_.unknowns > 0) {
-      if (round > 0) u = u_star;
-      const SolveReport r = solver_.solve(g, system_, h, coupled, options_.solve, u, valid_,
-                                          pressure_[stage == Stage::kVelocityFull]);
-      report.iterations += r.iterations;
-      report.residual = r.residual;
-      report.converged = report.converged && r.converged;
-      report.setup_seconds += r.setup_seconds;
-      report.solve_seconds += r.solve_seconds;
-    } else {
-      for (CoupledBody& c : coupled) {
-        c.y = c.y_star;
-        c.impulse = VecX::Zero(c.y.size());
-      }
-      for (int a = 0; a < 3; ++a) valid_[a].fill(0);
-    }
-    bool released = false;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (rows[b].rows() == 0) continue;
-      const VecX without = unconstrained[b].y_star + unconstrained[b].inverse_mass * coupled[b].impulse;
-      released |= release_pulling_rows(unconstrained[b].inverse_mass, without, rows[b]);
-    }
-    if (!released) break;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (rows[b].rows() > 0) continue;
-      coupled[b].inverse_mass = unconstrained[b].inverse_mass;
-      coupled[b].y_star = unconstrained[b].y_star;
-    }
-  }
-
-  // On the paper's constraint faces the water moves with the body.
-  for (std::size_t b = 0; b < voxels_.size() && wet; ++b)
-    for (const ConstraintFace& f : voxels_[b].faces)
-      if (is_water(f.outer[0], f.outer[1], f.outer[2])) {
-        u[f.axis](f.face[0], f.face[1], f.face[2]) = f.Q.dot(coupled[b].y);
-        valid_[f.axis](f.face[0], f.face[1], f.face[2]) = 1;
-      }
+  const SolveReport report = solve_held(stage, dt, bodies, u, coupled, results);
+  if (wet()) set_constraint_faces(coupled, u);
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and wall.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;
-    const VecX f = free_mass[b] * (out.y - free_velocity[b]);
+    const VecX f = out.motion.H.apply(out.y - free_velocity[b]);
     out.delta_P += f.head<3>();
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;
   }
-  divergence_ = wet && system_.unknowns > 0 ? max_divergence(g, system_, u, coupled) : 0.0;
+  divergence_ = wet() ? max_divergence(g, system_, u, coupled) : 0.0;
   return report;
 }
 

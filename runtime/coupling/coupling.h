@@ -20,6 +20,7 @@ struct CouplingOptions {
   Geometry geometry = Geometry::kCutCell;
   ModalOptions modal;
   CoupledSolveOptions solve;
+  WallContactOptions walls;                    // dt is set by each stage
 };
 
 /// One body entering a coupled solve of one stage.
@@ -27,7 +28,8 @@ struct StageBody {
   const ReducedBody* body = nullptr;
   Configuration at;                      // where inertia and fictitious forces are read
   std::vector<Vec3> mid_points;          // surface at mid-time; empty: as it stands
-  std::vector<ContactPoint> resting;     // points held by a wall
+  bool near_wall = false;                // position stage: look for walls that the step would reach
+  StageContacts held;                    // velocity stage: points that contact has found
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -36,6 +38,7 @@ struct StageResult {
   VecX y;                                       // 6 + r, velocity after the stage
   Vec3 delta_P = Vec3::Zero(), delta_L = Vec3::Zero();   // N s, N m s
   VecX water_impulse;                           // 6 + r, of that what the water gave
+  StageContacts contacts;                       // points that walls held, and their speeds
 };
 
 /// "couple" of the method: geometry of this configuration (fractions, F, H) -> right-hand side -> PCG on
@@ -63,7 +66,13 @@ class Coupling {
   std::size_t bytes() const;
 
  private:
+  bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
   void fill_open_fractions();
+  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
+                  CoupledBody& coupled, StageResult& out);
+  SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
+                         std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
+  void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;
   SolidFractions obstacles_, solids_;
@@ -72,6 +81,7 @@ class Coupling {
   std::vector<BodySurface> surfaces_;
   std::vector<BodyFlux> fluxes_;       // cut cells
   std::vector<VoxelBody> voxels_;      // voxel
+  Array3<unsigned char> is_water_;     // cells with an unknown
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];         // first guess of each stage

@@ -57,6 +57,7 @@ struct MultigridLevel {
   void coarsen_kinds(const MultigridLevel& fine, int K);
   void coarsen_plane(const MultigridLevel& fine, int K);
   void sum_diagonal_row(int j, int k);
+  void add_surface(const MultigridLevel& fine, int k);
   void find_row_segments(int j, int k);
   void count_unknowns();
 };

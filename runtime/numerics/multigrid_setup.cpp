@@ -160,10 +160,9 @@ void MultigridLevel::coarsen(const MultigridLevel& fine) {
   set_ghost_kinds();
   for_each_index(nz + 1, parallel, [&](int K) { coarsen_plane(fine, K); });
   for_each_index(nz, parallel, [&](int K) {
-    for (int J = 0; J < ny; ++J) {
-      sum_diagonal_row(J, K);
-      find_row_segments(J, K);
-    }
+    for (int J = 0; J < ny; ++J) sum_diagonal_row(J, K);
+    for (int k = 2 * K; k < std::min(2 * K + 2, fine.nz); ++k) add_surface(fine, k);
+    for (int J = 0; J < ny; ++J) find_row_segments(J, K);
   });
   count_unknowns();
 }
@@ -225,20 +224,43 @@ void MultigridLevel::coarsen_plane(const MultigridLevel& fine, int K) {
   }
 }
 
-// diag = sum of the face coefficients; those of the open sides of the box count twice (theta =
-// 1/2).
+// diag = sum of the face coefficients
 void MultigridLevel::sum_diagonal_row(int j, int k) {
   const std::size_t at = index(0, j, k);
-  const float y_low = j == 0 ? 2.0f : 1.0f, y_high = j + 1 == ny ? 2.0f : 1.0f;
-  const float z_low = k == 0 ? 2.0f : 1.0f, z_high = k + 1 == nz ? 2.0f : 1.0f;
   const float *x_face = wx.data() + at, *y_face = wy.data() + at, *z_face = wz.data() + at;
   for (int i = 0; i < nx; ++i) {
-    const float x_low = i == 0 ? 2.0f : 1.0f, x_high = i + 1 == nx ? 2.0f : 1.0f;
-    const float total = (x_low * x_face[i] + x_high * x_face[i + 1]) +
-                        (y_low * y_face[i] + y_high * y_face[i + sy]) +
-                        (z_low * z_face[i] + z_high * z_face[i + sz]);
+    const float total =
+        (x_face[i] + x_face[i + 1]) + (y_face[i] + y_face[i + sy]) + (z_face[i] + z_face[i + sz]);
     diag[at + i] = kind[at + i] == kUnknown ? total : 0.0f;
-    inverse[at + i] = inverse_of(diag[at + i]);
+  }
+}
+
+// The surface where it is: from a coarse centre to the value prescribed at theta fine cells behind
+// a fine child there are 1/2 + theta fine cells, not the 2 that the face coefficient w / 2 stands
+// for. This adds w / (1/2 + theta) - w / 2 for the faces of plane k of `fine` to Dirichlet cells
+// (theta: mean over a cell's faces). Measured: 7 iterations in place of 10 in a layer of 5 cells,
+// 10 in place of 11 at 128^3.
+void MultigridLevel::add_surface(const MultigridLevel& fine, int k) {
+  for (const Segment& s : fine.rows.plane(k)) {
+    if (s.uniform) continue;
+    const std::size_t coarse_row = index(0, s.j / 2, k / 2);
+    for (int i = s.begin; i < s.end; ++i) {
+      const std::size_t parent = coarse_row + i / 2, cell = fine.index(i, s.j, k);
+      if (kind[parent] != kUnknown) continue;
+      float air = 0.0f, water = 0.0f;
+      const auto add_face = [&](std::size_t neighbour, float w) {
+        (fine.kind[neighbour] == kDirichlet ? air : water) += w;
+      };
+      add_face(cell - 1, fine.wx[cell]);
+      add_face(cell + 1, fine.wx[cell + 1]);
+      add_face(cell - fine.sy, fine.wy[cell]);
+      add_face(cell + fine.sy, fine.wy[cell + fine.sy]);
+      add_face(cell - fine.sz, fine.wz[cell]);
+      add_face(cell + fine.sz, fine.wz[cell + fine.sz]);
+      if (air == 0.0f) continue;
+      const float theta = air / std::max(fine.diag[cell] - water, air);
+      diag[parent] += air * (1.0f / (0.5f + theta) - 0.5f);
+    }
   }
 }
 
@@ -253,6 +275,7 @@ void MultigridLevel::find_row_segments(int j, int k) {
     cells[i] = kind[at + i] != kUnknown ? RowCell::kNone
                : uniform                ? RowCell::kUniform
                                         : RowCell::kGeneral;
+    inverse[at + i] = inverse_of(diag[at + i]);
   }
   rows.add_row(k, j, cells.data(), nx);
 }

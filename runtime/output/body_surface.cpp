@@ -17,8 +17,7 @@ SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies) {
     all.vertices.insert(all.vertices.end(), surface.vertices.begin(), surface.vertices.end());
     all.normals.insert(all.normals.end(), normals.begin(), normals.end());
     all.body.resize(all.vertices.size(), static_cast<int>(b));
-    for (const Vec3i& t : surface.triangles)
-      all.triangles.push_back(t + Vec3i::Constant(first));
+    for (const Vec3i& t : surface.triangles) all.triangles.push_back(t + Vec3i::Constant(first));
   }
   return all;
 }

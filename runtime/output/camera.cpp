@@ -23,8 +23,8 @@ Camera::Camera(const Vec3& low, const Vec3& high, double azimuth, double elevati
   up_ = right_.cross(forward_);
   pixel_ = 2.0 * std::tan(radians(0.5 * kFieldOfView)) / height;
 
-  // Each corner c of the box, relative to the middle, demands |x| <= s (d + z) in both directions; the target moves until the demands of
-  // opposite sides agree.
+  // Each corner c of the box, relative to the middle, demands |x| <= s (d + z) in both directions;
+  // the target moves until the demands of opposite sides agree.
   const Vec3 middle = 0.5 * (low + high);
   const double slope[2] = {pixel_ * half_width_ / kMargin, pixel_ * half_height_ / kMargin};
   Vec3 shift = Vec3::Zero();

@@ -29,8 +29,8 @@ bool share_a_face(int e, int f) {
   return false;
 }
 
-// next[e] = the edge where the surface's outline goes after edge e, -1 where it does not pass: on each face, every run of inside corners is
-// cut off by one segment.
+// next[e] = the edge where the surface's outline goes after edge e, -1 where it does not pass: on
+// each face, every run of inside corners is cut off by one segment.
 std::array<int, kCubeEdges> outline(int inside) {
   std::array<int, kCubeEdges> next;
   next.fill(-1);
@@ -64,8 +64,8 @@ std::vector<Loop> loops(int inside) {
   return found;
 }
 
-// Triangulates loop[first..last] closed by its chord without diagonals inside a cube face (which the
-// neighbour might draw too); false when there is no such triangulation.
+// Triangulates loop[first..last] closed by its chord without diagonals inside a cube face (which
+// the neighbour might draw too); false when there is no such triangulation.
 bool triangulate(const Loop& loop, int first, int last, std::vector<Triangle>& out) {
   if (last - first < 2) return true;
   const int n = static_cast<int>(loop.size());

@@ -67,7 +67,8 @@ Image shrunk(const Image& image, int factor) {
         for (int dy = 0; dy < factor; ++dy)
           for (int dx = 0; dx < factor; ++dx)
             sum += image.rgb[3 * (static_cast<std::size_t>(y * factor + dy) * image.width +
-                                  x * factor + dx) + c];
+                                  x * factor + dx) +
+                             c];
         small.rgb[3 * (static_cast<std::size_t>(y) * small.width + x) + c] =
             static_cast<std::uint8_t>((sum + factor * factor / 2) / (factor * factor));
       }

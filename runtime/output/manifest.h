@@ -11,9 +11,9 @@ namespace archetide {
 /// manifest.json: what ran, with what, and how it ended.
 struct Manifest {
   struct ArchetypeEntry {
-    std::string name, hash;   // content hash, hex
+    std::string name, hash;  // content hash, hex
     int surface_vertices = 0, modes = 0;
-    double bytes = 0.0;       // of the arrays in memory, B
+    double bytes = 0.0;  // of the arrays in memory, B
   };
   struct BodyEntry {
     std::string name, archetype;

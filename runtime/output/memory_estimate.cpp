@@ -5,12 +5,15 @@
 namespace archetide {
 namespace {
 
-// Bytes per cell of the arrays that live through a step: MacField velocity, its copies and advection targets; area fractions; phi and
-// redistancing; cell kinds; fp64 CG vectors; fp32 multigrid levels. MEASURED
-constexpr double kBytesPerCell = 420.0;
-// A marker particle: position, radius, sign, and its place in the sorted order.
-constexpr double kBytesPerParticle = 48.0;
-// Particles live within three cells on both sides of the surface, which is about one layer of the tank.
+// Bytes per cell of the arrays that live through a step (velocities and their copies, phi,
+// fractions, CG vectors, multigrid levels), from peak memory at 32^3, 64^3 and 80^3: measured 337
+// and 336 between neighbours.
+constexpr double kBytesPerCell = 340.0;
+// A marker particle with its sorted and reseeded copies, from peak memory at 48^3 with 1 and 16 per
+// cell: measured 151.
+constexpr double kBytesPerParticle = 150.0;
+// Particles live within three cells on both sides of the surface, which is about one layer of the
+// tank.
 constexpr double kParticleBand = 6.0;
 
 double bytes_of(const MatX& m) { return 8.0 * static_cast<double>(m.size()); }

@@ -1,4 +1,5 @@
-# What writing and drawing runs needs. Embree and libpng are optional: without them `render` says that it is off.
+# What writing and drawing runs needs. Embree and libpng are optional: without them `render` says
+# that it is off.
 find_package(nlohmann_json 3.10 REQUIRED)
 target_link_libraries(archetide_output PRIVATE nlohmann_json::nlohmann_json)
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
+#include "runtime/output/optics.h"
 #include "runtime/output/palette.h"
 #include "runtime/output/tank_edges.h"
 
@@ -12,11 +12,9 @@ namespace archetide {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kWaterIndex = 1.33f;       // of refraction
-constexpr float kWaterReflectance = 0.02f;  // at normal incidence, ((n - 1) / (n + 1))^2
-constexpr int kMaxBounces = 4;             // inside the water
-constexpr int kSkyRays = 2;                // per sample of a pixel
-constexpr float kSunRadius = 0.05f;        // radians, wider than the real one for soft shadows
+constexpr int kMaxBounces = 4;       // inside the water
+constexpr int kSkyRays = 2;          // per sample of a pixel
+constexpr float kSunRadius = 0.05f;  // radians, wider than the real one for soft shadows
 const Vec3f kToSun = Vec3f(-0.45f, -0.55f, 0.95f).normalized();
 const Vec3f kSunLight(2.35f, 2.2f, 1.95f);
 const Vec3f kZenith(0.50f, 0.64f, 0.86f), kHorizon(0.93f, 0.95f, 0.97f);
@@ -30,23 +28,6 @@ enum { kBodies, kObstacles };
 Vec3f sky(const Vec3f& direction) {
   const float up = std::max(0.0f, direction[2]);
   return kHorizon + (kZenith - kHorizon) * std::pow(up, 0.55f);
-}
-
-Vec3f mix(const Vec3f& a, const Vec3f& b, float s) { return a + s * (b - a); }
-
-Vec3f reflected(const Vec3f& d, const Vec3f& n) { return (d - 2.0f * d.dot(n) * n).normalized(); }
-
-// Schlick's approximation for light that meets the surface at `cosine` on the thin side.
-float fresnel(float cosine) {
-  return kWaterReflectance + (1.0f - kWaterReflectance) * std::pow(1.0f - cosine, 5.0f);
-}
-
-// Snell's law for ratio = n_from / n_to and n against d; false on total reflection.
-bool refract(const Vec3f& d, const Vec3f& n, float ratio, Vec3f& out) {
-  const float c = -d.dot(n), k = 1.0f - ratio * ratio * (1.0f - c * c);
-  if (k < 0.0f) return false;
-  out = (ratio * d + (ratio * c - std::sqrt(k)) * n).normalized();
-  return true;
 }
 
 Vec3f smooth_normal(const SurfaceMesh& mesh, const RayHit& hit) {
@@ -64,40 +45,7 @@ Vec3f body_colour(int b) {
   return Vec3f(c[0] * c[0], c[1] * c[1], c[2] * c[2]);
 }
 
-void tangents(const Vec3f& n, Vec3f& a, Vec3f& b) {
-  a = n.cross(std::abs(n[2]) < 0.9f ? Vec3f(0, 0, 1) : Vec3f(1, 0, 0)).normalized();
-  b = n.cross(a);
-}
-
-std::uint8_t encoded(float linear) {
-  // A shoulder that keeps highlights below white, then the sRGB curve.
-  const float x = linear / (1.0f + std::max(0.0f, linear - 0.75f) * 0.55f);
-  const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(std::clamp(255.0f * s + 0.5f, 0.0f, 255.0f));
-}
-
 }  // namespace
-
-// Points in the unit square for one sample of one pixel. Over the samples they follow the R2 sequence [Roberts 2018];
-// each request and pixel shifts it by interleaved gradient noise [Jimenez 2014], so that neighbours err differently.
-class Painter::Dice {
- public:
-  Dice(int x, int y, int sample) : x_(x), y_(y), sample_(sample) {}
-  // Point `n` of `count` that one request draws per sample.
-  void next(float& u, float& v, int n = 0, int count = 1) {
-    if (n == 0) ++request_;
-    const float index = static_cast<float>(sample_ * count + n);
-    u = fraction(noise(17.0f * request_, 5.0f * request_) + 0.7548776662f * index);
-    v = fraction(noise(5.0f * request_ + 47.0f, 29.0f * request_ + 113.0f) + 0.5698402910f * index);
-  }
-
- private:
-  static float fraction(float x) { return x - std::floor(x); }
-  float noise(float dx, float dy) const {
-    return fraction(52.9829189f * fraction(0.06711056f * (x_ + dx) + 0.00583715f * (y_ + dy)));
-  }
-  int x_, y_, sample_, request_ = 0;
-};
 
 Painter::Painter(const Stage& stage)
     : stage_(stage),
@@ -114,7 +62,8 @@ Painter::Painter(const Stage& stage)
   near_ = 1e-5f * size_;
   ground_ = low_[2] - 0.004f * size_;
   tile_ = std::max(extent[0], extent[1]) / 8.0f;
-  // The same picture at every scale: a path through the middle of the tank keeps some of every colour.
+  // The same picture at every scale: a path through the middle of the tank keeps some of every
+  // colour.
   absorption_ = Vec3f(3.4f, 1.05f, 0.62f) / std::cbrt(extent.prod());
 }
 
@@ -168,8 +117,8 @@ Vec3f Painter::water_surface_light(const Ray& ray, const RayHit& hit, int depth,
   return mix(below, air_light(outside, depth + 2, dice), mirror);
 }
 
-// What arrives at the start of a ray in water: bodies behind the absorbing path, or the light that enters
-// where the ray leaves the water.
+// What arrives at the start of a ray in water: bodies behind the absorbing path, or the light that
+// enters where the ray leaves the water.
 Vec3f Painter::light_through_water(Ray ray, int depth, Dice& dice) const {
   Vec3f light = Vec3f::Zero(), weight = Vec3f::Ones();
   for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
@@ -197,8 +146,7 @@ Vec3f Painter::light_through_water(Ray ray, int depth, Dice& dice) const {
     if (normal.dot(ray.direction) > 0.0f) normal = -normal;
     if (refract(ray.direction, normal, kWaterIndex, outside.direction)) {
       const float mirror = fresnel(std::clamp(-normal.dot(outside.direction), 0.0f, 1.0f));
-      const Vec3f above =
-          depth > 2 ? sky(outside.direction) : air_light(outside, depth + 1, dice);
+      const Vec3f above = depth > 2 ? sky(outside.direction) : air_light(outside, depth + 1, dice);
       return light + weight.cwiseProduct(mix(above, 2.0f * kWaterScatter, mirror));
     }
     ray = Ray{position, reflected(ray.direction, normal), near_};
@@ -210,8 +158,9 @@ Vec3f Painter::shade(const Surface& s, const Vec3f& to_eye, Dice& dice) const {
   const float facing = s.normal.dot(kToSun);
   Vec3f sun = Vec3f::Zero();
   if (facing > 0.0f) sun = kSunLight.cwiseProduct(sun_visibility(s.position, dice));
-  const Vec3f ambient = mix(kGroundLight, 0.9f * kZenith + 0.1f * kHorizon, 0.5f + 0.5f * s.normal[2]) *
-                        sky_visibility(s, dice);
+  const Vec3f ambient =
+      mix(kGroundLight, 0.9f * kZenith + 0.1f * kHorizon, 0.5f + 0.5f * s.normal[2]) *
+      sky_visibility(s, dice);
   Vec3f light = s.colour.cwiseProduct(std::max(0.0f, facing) / 1.8f * sun + 0.75f * ambient);
   if (s.gloss > 0.0f) {
     // A clear coat: the sun's highlight (Blinn, Phong) and a little of the sky at grazing angles.
@@ -257,8 +206,9 @@ float Painter::sky_visibility(const Surface& s, Dice& dice) const {
             radius * (std::cos(angle) * a + std::sin(angle) * b) +
                 std::sqrt(std::max(0.0f, 1.0f - u)) * s.normal,
             near_ * 20.0f, 0.4f * size_};
-    const bool covered = opaque_.blocked(ray) || (ray.direction[2] < 0.0f &&
-                         s.position[2] + 0.4f * size_ * ray.direction[2] < ground_);
+    const bool covered =
+        opaque_.blocked(ray) ||
+        (ray.direction[2] < 0.0f && s.position[2] + 0.4f * size_ * ray.direction[2] < ground_);
     open += covered ? 0.0f : 1.0f;
   }
   return 0.25f + 0.75f * open / kSkyRays;

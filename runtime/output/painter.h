@@ -6,6 +6,8 @@
 
 namespace archetide {
 
+class Dice;
+
 /// Everything that a picture shows, in metres.
 struct Stage {
   SurfaceMesh water, bodies, obstacles;
@@ -13,8 +15,9 @@ struct Stage {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // the tank, or a box around the bodies
 };
 
-/// Ray traces one stage: sun and sky with soft shadows, opaque bodies, and water that reflects, refracts and absorbs. The tank's
-/// sides do not bend light, so that a look through them is a cut through the water. Deterministic.
+/// Ray traces one stage: sun and sky with soft shadows, opaque bodies, and water that reflects,
+/// refracts and absorbs. The tank's sides do not bend light, so that a look through them is a cut
+/// through the water. Deterministic.
 class Painter {
  public:
   explicit Painter(const Stage& stage);
@@ -25,7 +28,6 @@ class Painter {
     Vec3f position, normal, colour;
     float gloss = 0.0f;
   };
-  class Dice;
 
   Vec3f air_light(const Ray& ray, int depth, Dice& dice) const;
   Vec3f water_surface_light(const Ray& ray, const RayHit& hit, int depth, Dice& dice) const;
@@ -40,10 +42,10 @@ class Painter {
   Vec3f transmittance(float length) const;
 
   const Stage& stage_;
-  SurfaceMesh edges_;  // the tank's edges as thin bars
-  RayScene opaque_, edge_scene_, water_;  // edges cast no shadow
-  Vec3f low_, high_, absorption_;  // absorption in 1/m
-  float size_ = 1.0f, near_ = 0.0f, ground_ = 0.0f, tile_ = 1.0f;             // m
+  SurfaceMesh edges_;                                              // the tank's edges as thin bars
+  RayScene opaque_, edge_scene_, water_;                           // edges cast no shadow
+  Vec3f low_, high_, absorption_;                                  // absorption in 1/m
+  float size_ = 1.0f, near_ = 0.0f, ground_ = 0.0f, tile_ = 1.0f;  // m
 };
 
 }  // namespace archetide

@@ -5,8 +5,8 @@
 
 namespace archetide {
 
-/// The lines that a long run shows: all of them in run.log, and on stderr unless quiet. On a terminal the line of a frame replaces the
-/// one before.
+/// The lines that a long run shows: all of them in run.log, and on stderr unless quiet. On a
+/// terminal the line of a frame replaces the one before.
 class Progress {
  public:
   /// Throws MachineError when the log cannot be written.

@@ -21,8 +21,8 @@ struct Ray {
 struct RayHit {
   float t = std::numeric_limits<float>::infinity();  // m
   int mesh = -1, triangle = -1;
-  float u = 0.0f, v = 0.0f;              // barycentric weights of corners 1 and 2
-  Vec3f flat_normal = Vec3f::Zero();     // of the triangle, unit, outward
+  float u = 0.0f, v = 0.0f;           // barycentric weights of corners 1 and 2
+  Vec3f flat_normal = Vec3f::Zero();  // of the triangle, unit, outward
 
   explicit operator bool() const { return mesh >= 0; }
 };
@@ -30,7 +30,8 @@ struct RayHit {
 /// Triangle meshes behind a bounding volume hierarchy (embree). Safe to ask from many threads.
 class RayScene {
  public:
-  /// The meshes are numbered as given; they are copied. Throws MachineError when this build has no embree.
+  /// The meshes are numbered as given; they are copied. Throws MachineError when this build has no
+  /// embree.
   explicit RayScene(const std::vector<const SurfaceMesh*>& meshes);
   ~RayScene();
   RayScene(RayScene&&) noexcept;

@@ -128,10 +128,10 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
 
   if (options.film && summary.frames > 1) {
     const std::string film = folder + "film.mp4";
-    const std::string problem = consecutive(frames)
-                                    ? make_film(folder, frames.front().number, summary.frames,
-                                                run.manifest.fps, film)
-                                    : "film: off (frames are missing in between)";
+    const std::string problem =
+        consecutive(frames)
+            ? make_film(folder, frames.front().number, summary.frames, run.manifest.fps, film)
+            : "film: off (frames are missing in between)";
     if (problem.empty()) summary.film = film;
     say(problem.empty() ? film : problem);
   }

@@ -19,14 +19,15 @@
 namespace archetide {
 namespace {
 
-constexpr std::size_t kPictures = 4;     // per run
-constexpr int kPictureWidth = 640;       // pixels, at most
-constexpr std::size_t kBodyLines = 24;   // per chart
+constexpr std::size_t kPictures = 4;    // per run
+constexpr int kPictureWidth = 640;      // pixels, at most
+constexpr std::size_t kBodyLines = 24;  // per chart
 
 const char* const kStyle = R"(
 body{font:15px/1.5 system-ui,sans-serif;color:#222;background:#f6f7f8;margin:0}
 main{max-width:1140px;margin:0 auto;padding:24px}
-h1{font-size:24px;margin:0 0 4px}h2{font-size:19px;margin:36px 0 6px;border-bottom:2px solid #2b6ca3}
+h1{font-size:24px;margin:0 0 4px}
+h2{font-size:19px;margin:36px 0 6px;border-bottom:2px solid #2b6ca3}
 p.note{color:#666;margin:2px 0 12px}
 .pictures,.charts{display:grid;gap:14px;grid-template-columns:repeat(2,1fr)}
 @media(max-width:760px){.pictures,.charts{grid-template-columns:1fr}}
@@ -38,7 +39,8 @@ svg{width:100%;height:auto;display:block;font:11px system-ui,sans-serif}
 .grid{stroke:#e6e9ec}.axis{stroke:#888}
 .legend{font-size:12px;color:#444}.legend span{margin-right:12px;white-space:nowrap}
 .legend i{display:inline-block;width:14px;height:3px;margin-right:5px;vertical-align:middle}
-table{border-collapse:collapse;background:#fff;margin:10px 0 18px;font-variant-numeric:tabular-nums}
+table{border-collapse:collapse;background:#fff;margin:10px 0 18px;
+font-variant-numeric:tabular-nums}
 td,th{border:1px solid #dde1e5;padding:4px 10px;text-align:right}
 td:first-child,th:first-child{text-align:left}th{background:#eef1f4;font-weight:600}
 )";
@@ -90,11 +92,11 @@ std::string overview(const std::vector<Run>& runs) {
     const Manifest& m = run.folder.manifest;
     html += "<tr>";
     for (const std::string& cell :
-         {m.scene, grid_text(m.grid), std::to_string(m.bodies.size()),
-          fixed_text(m.time, 3) + " s", std::to_string(m.steps), duration_text(m.wall_seconds),
-          duration_text(m.cpu_seconds), bytes_text(m.peak_bytes),
-          std::to_string(m.worst_iterations), scientific(m.worst_volume_drift),
-          scientific(worst(run.stats.column("residual"))), outcome(m)})
+         {m.scene, grid_text(m.grid), std::to_string(m.bodies.size()), fixed_text(m.time, 3) + " s",
+          std::to_string(m.steps), duration_text(m.wall_seconds), duration_text(m.cpu_seconds),
+          bytes_text(m.peak_bytes), std::to_string(m.worst_iterations),
+          scientific(m.worst_volume_drift), scientific(worst(run.stats.column("residual"))),
+          outcome(m)})
       html += "<td>" + html_text(cell) + "</td>";
     html += "</tr>\n";
   }
@@ -130,9 +132,10 @@ std::string pictures(const RunFolder& run) {
     const Image image = read_png(path);
     const int factor = (image.width + kPictureWidth - 1) / kPictureWidth;
     const int number = std::stoi(path.substr(path.size() - 10, 6));
-    html += "<figure><img alt=\"frame " + std::to_string(number) + "\" src=\"data:image/png;base64," +
-            base64(png_bytes(shrunk(image, factor))) + "\"><figcaption>t = " +
-            fixed_text(number / run.manifest.fps, 2) + " s</figcaption></figure>\n";
+    html += "<figure><img alt=\"frame " + std::to_string(number) +
+            "\" src=\"data:image/png;base64," + base64(png_bytes(shrunk(image, factor))) +
+            "\"><figcaption>t = " + fixed_text(number / run.manifest.fps, 2) +
+            " s</figcaption></figure>\n";
   }
   return html + "</div>\n";
 }
@@ -191,7 +194,7 @@ std::string css_colour(int body) {
 // One line a body of a column of bodies.csv, in the colours of the pictures.
 std::string body_chart(const Run& run, const std::string& title, const std::string& column) {
   const std::vector<double>&t = run.bodies.column("t"), &body = run.bodies.column("body"),
-                            &value = run.bodies.column(column);
+        &value = run.bodies.column(column);
   std::map<int, Series> lines;
   for (std::size_t row = 0; row < std::min(t.size(), value.size()); ++row) {
     const int b = static_cast<int>(body[row]);
@@ -258,8 +261,9 @@ void write_report(const std::vector<std::string>& directories, const std::string
   for (std::size_t r = 0; r < runs.size(); ++r)
     title += (r ? ", " : "") + runs[r].folder.manifest.scene;
   std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
-                     html_text(title) + "</title>\n<style>" + kStyle + "</style></head>\n<body><main>\n<h1>" +
-                     html_text(title) + "</h1>\n" + overview(runs);
+                     html_text(title) + "</title>\n<style>" + kStyle +
+                     "</style></head>\n<body><main>\n<h1>" + html_text(title) + "</h1>\n" +
+                     overview(runs);
   for (const Run& run : runs) html += section(run);
   html += "</main></body></html>\n";
   write_file_atomically(html_path, html);

@@ -25,11 +25,34 @@ void StatsTable::write_header(const Profile& profile) {
   for (const std::string& phase : profile.phases())
     if (is_top_level(phase)) phases_.push_back(phase);
   seconds_before_.assign(phases_.size(), 0.0);
-  std::vector<std::string> names = {
-      "t", "dt", "cfl", "halvings", "iterations", "iterations_position", "residual", "divergence",
-      "water_volume", "px", "py", "pz", "lx", "ly", "lz", "water_px", "water_py", "water_pz",
-      "water_kinetic", "body_kinetic", "body_elastic", "potential", "energy", "max_speed",
-      "contacts", "joint_drift", "max_deformation", "seconds"};
+  std::vector<std::string> names = {"t",
+                                    "dt",
+                                    "cfl",
+                                    "halvings",
+                                    "iterations",
+                                    "iterations_position",
+                                    "residual",
+                                    "divergence",
+                                    "water_volume",
+                                    "px",
+                                    "py",
+                                    "pz",
+                                    "lx",
+                                    "ly",
+                                    "lz",
+                                    "water_px",
+                                    "water_py",
+                                    "water_pz",
+                                    "water_kinetic",
+                                    "body_kinetic",
+                                    "body_elastic",
+                                    "potential",
+                                    "energy",
+                                    "max_speed",
+                                    "contacts",
+                                    "joint_drift",
+                                    "max_deformation",
+                                    "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
   csv_.header(names);
@@ -67,9 +90,9 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
 BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies)
     : csv_(path) {
   for (const ReducedBody& body : bodies) modes_ = std::max(modes_, body.r);
-  std::vector<std::string> names = {"t",  "body", "x",  "y",  "z",  "qw", "qx", "qy", "qz", "vx",
-                                    "vy", "vz",   "wx", "wy", "wz", "px", "py", "pz", "lx", "ly",
-                                    "lz", "fx",   "fy", "fz", "tx", "ty", "tz"};
+  std::vector<std::string> names = {"t",  "body", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
+                                    "vx", "vy",   "vz", "wx", "wy", "wz", "px", "py", "pz",
+                                    "lx", "ly",   "lz", "fx", "fy", "fz", "tx", "ty", "tz"};
   for (int m = 1; m <= modes_; ++m) names.push_back(std::string("q").append(std::to_string(m)));
   csv_.header(names);
 }

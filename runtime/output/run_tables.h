@@ -9,8 +9,9 @@
 
 namespace archetide {
 
-/// stats.csv: a row a step. Linear momentum p is that of water and bodies together, angular momentum l that of the bodies about the origin;
-/// seconds_* are the wall seconds of the step by phase (phases that first appear later add up in seconds_other).
+/// stats.csv: a row a step. Linear momentum p is that of water and bodies together, angular
+/// momentum l that of the bodies about the origin; seconds_* are the wall seconds of the step by
+/// phase (phases that first appear later add up in seconds_other).
 class StatsTable {
  public:
   explicit StatsTable(const std::string& path) : csv_(path) {}
@@ -26,7 +27,6 @@ class StatsTable {
   double total_before_ = 0.0;           // s
   bool has_header_ = false;
 };
-
 
 /// bodies.csv: a row a body a frame.
 class BodiesTable {

@@ -9,12 +9,12 @@
 
 #include "common/atomic_file.h"
 #include "common/input_error.h"
-#include "common/sha256.h"
 #include "runtime/output/body_surface.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/progress.h"
+#include "runtime/output/run_description.h"
 #include "runtime/output/run_tables.h"
 #include "runtime/output/vtp.h"
 #include "runtime/output/water_surface.h"
@@ -54,71 +54,6 @@ std::string frame_file(const std::string& stem, int frame, const std::string& ex
   return stem + number + extension;
 }
 
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
-
-Manifest describe(const RunSetup& setup, const Simulation& simulation) {
-  Manifest m;
-  m.version = ARCHETIDE_VERSION;
-  m.build = build_description();
-  m.scene = setup.scene_name;
-  m.scene_hash = sha256_hex(setup.scene_text);
-  m.command_line = setup.command_line;
-  m.threads = setup.threads;
-  m.grid = simulation.options().grid;
-  m.has_water = simulation.options().has_water;
-  m.fps = setup.fps, m.end_time = setup.end_time;
-  m.started = utc_now();
-  const auto& bodies = simulation.bodies();
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const Archetype& a = *bodies[b].archetype;
-    const bool known = std::any_of(m.archetypes.begin(), m.archetypes.end(), [&](const auto& e) {
-      return e.name == a.name && e.hash == a.content_hash;
-    });
-    if (!known)
-      m.archetypes.push_back({a.name, a.content_hash, static_cast<int>(a.surface.vertices.size()),
-                              a.r(), archetype_bytes(a)});
-    m.bodies.push_back({b < setup.body_names.size() ? setup.body_names[b] : a.name, a.name,
-                        a.integrals.mass * bodies[b].mass_scale, a.density * bodies[b].mass_scale,
-                        bodies[b].r, static_cast<double>(instance_bytes(bodies[b]))});
-  }
-  return m;
-}
-
-std::string grid_line(const SimulationOptions& o) {
-  const Grid& g = o.grid;
-  if (g.cells() == 0) return "tank       none";
-  return "tank       " + std::to_string(g.nx) + " x " + std::to_string(g.ny) + " x " +
-         std::to_string(g.nz) + " = " + std::to_string(g.cells()) + " cells of " +
-         number_text(g.dx) + " m" + (o.has_water ? "" : ", no water");
-}
-
-std::string bodies_line(const Manifest& m) {
-  if (m.bodies.empty()) return "bodies     none";
-  double bytes = 0.0, largest = 0.0;
-  for (const auto& b : m.bodies) bytes += b.bytes, largest = std::max(largest, b.bytes);
-  return "bodies     " + std::to_string(m.bodies.size()) + " of " +
-         std::to_string(m.archetypes.size()) + " archetypes; instances hold " + bytes_text(bytes) +
-         " (at most " + bytes_text(largest) + " each)";
-}
-
-std::string switches_line(const SimulationOptions& o) {
-  std::string on = o.scheme == Scheme::kNewmark ? "two solves a step" : "one solve a step";
-  on += o.modal.step == ModalStep::kTrapezoid ? ", trapezoid" : ", backward Euler";
-  on += o.modal.mass == ModalMass::kExact ? ", exact modal mass" : ", the paper's modal mass";
-  if (o.has_water) {
-    on += o.geometry == Geometry::kCutCell ? ", cut cells" : ", voxel faces";
-    on += ", tolerance " + scientific(o.tolerance);
-    if (o.particles_per_cell > 0)
-      on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
-  }
-  if (o.wall_contact) on += ", wall contact";
-  return "on         " + on;
-}
-
 }  // namespace
 
 const std::vector<std::string>& frame_kinds() {
@@ -152,7 +87,7 @@ struct RunWriter::Impl {
         surface_pvd(folder + "frames/surface.pvd"),
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),
-        manifest(describe(setup, simulation)),
+        manifest(describe_run(setup, simulation)),
         start_time(simulation.time()) {
     write_file_atomically(folder + "scene.toml", setup.scene_text);
     write_manifest(folder + "manifest.json", manifest);
@@ -165,17 +100,7 @@ struct RunWriter::Impl {
   }
 
   void show_header(const Simulation& simulation) {
-    const SimulationOptions& o = simulation.options();
-    const MemoryEstimate memory = estimate_memory(o, simulation.bodies());
-    progress.line("archetide " + manifest.version + " (" + manifest.build + ", " +
-                  std::to_string(setup.threads) + " threads)");
-    progress.line("scene      " + setup.scene_name + ", " + number_text(setup.end_time) +
-                  " s at " + number_text(setup.fps) + " frames a second");
-    progress.line(grid_line(o));
-    progress.line(bodies_line(manifest));
-    progress.line(switches_line(o));
-    progress.line("memory     about " + bytes_text(memory.total()) + " (water " +
-                  bytes_text(memory.water) + ", archetypes " + bytes_text(memory.archetypes) + ")");
+    for (const std::string& line : header_lines(setup, manifest, simulation)) progress.line(line);
   }
 
   // Static obstacles do not move: one file for the whole run.
@@ -188,8 +113,7 @@ struct RunWriter::Impl {
       vertex_normals_and_areas(obstacle, normals, areas);
       all.vertices.insert(all.vertices.end(), obstacle.vertices.begin(), obstacle.vertices.end());
       all.normals.insert(all.normals.end(), normals.begin(), normals.end());
-      for (const Vec3i& t : obstacle.triangles)
-        all.triangles.push_back(t + Vec3i::Constant(first));
+      for (const Vec3i& t : obstacle.triangles) all.triangles.push_back(t + Vec3i::Constant(first));
     }
     if (!all.triangles.empty()) write_ply(folder + "frames/obstacles.ply", all);
   }
@@ -263,22 +187,7 @@ struct RunWriter::Impl {
   }
 
   void show_summary(const Profile& profile) {
-    progress.line("ended at t " + number_text(manifest.time) + " s after " +
-                  duration_text(manifest.wall_seconds) + " (" +
-                  duration_text(manifest.cpu_seconds) + " CPU), " +
-                  std::to_string(manifest.steps) + " steps, " + std::to_string(manifest.frames) +
-                  " frames, peak memory " + bytes_text(manifest.peak_bytes));
-    for (const std::string& phase : profile.phases()) {
-      const std::size_t depth = std::count(phase.begin(), phase.end(), '/');
-      const double s = profile.seconds(phase);
-      char text[160];
-      std::snprintf(text, sizeof text, "  %*s%-28s %9.2f s %5.1f %%", static_cast<int>(2 * depth),
-                    "", phase.c_str(), s, 100.0 * s / std::max(1e-9, manifest.wall_seconds));
-      progress.line(text);
-    }
-    progress.line("worst volume drift " + scientific(manifest.worst_volume_drift) +
-                  ", step halvings " + std::to_string(manifest.halvings) +
-                  ", worst iteration count " + std::to_string(manifest.worst_iterations));
+    for (const std::string& line : summary_lines(manifest, profile)) progress.line(line);
   }
 };
 

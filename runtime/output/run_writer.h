@@ -10,7 +10,7 @@ namespace archetide {
 
 /// What a run is called and what it leaves behind.
 struct RunSetup {
-  std::string directory;     // created if missing
+  std::string directory;  // created if missing
   std::string scene_name;
   std::string scene_text;    // TOML of exactly what ran, becomes scene.toml
   std::string command_line;  // recorded, may be empty
@@ -19,7 +19,7 @@ struct RunSetup {
   std::vector<std::string> frames = {"surface.ply", "bodies.vtp"};  // subset of frame_kinds()
   std::vector<std::string> body_names;  // one per body, or empty: the archetype's name
   int threads = 1;
-  bool quiet = false;   // no progress on stderr (run.log is always written)
+  bool quiet = false;  // no progress on stderr (run.log is always written)
 };
 
 /// The frame files that a scene may ask for: surface.ply, bodies.vtp, particles.vtp.
@@ -27,8 +27,8 @@ const std::vector<std::string>& frame_kinds();
 
 /// Bytes of the arrays of a run with this grid and these bodies, an estimate before it starts.
 struct MemoryEstimate {
-  double water = 0.0;      // B, grid arrays, multigrid, particles
-  double bodies = 0.0;     // B, all instances
+  double water = 0.0;       // B, grid arrays, multigrid, particles
+  double bodies = 0.0;      // B, all instances
   double archetypes = 0.0;  // B, each shared archetype once
   double total() const { return water + bodies + archetypes; }
 };
@@ -37,12 +37,13 @@ double archetype_bytes(const Archetype& archetype);
 MemoryEstimate estimate_memory(const SimulationOptions& options,
                                const std::vector<ReducedBody>& bodies);
 
-/// Writes a run folder while the run goes on: scene.toml, manifest.json, run.log, stats.csv, bodies.csv, frames/*, and done.stamp last.
-/// Every complete file appears whole (X.part, sync, rename); the CSV files and the log grow. Progress goes to stderr.
+/// Writes a run folder while the run goes on: scene.toml, manifest.json, run.log, stats.csv,
+/// bodies.csv, frames/*, and done.stamp last. Every complete file appears whole (X.part, sync,
+/// rename); the CSV files and the log grow. Progress goes to stderr.
 ///
-///   RunWriter out(setup, simulation);  out.on_frame(simulation);      // frame 0 is the initial state
-///   per step: out.on_step(simulation.step(dt), simulation);           per frame: out.on_frame(simulation);
-///   out.finish(exit_code, reason, simulation);
+///   RunWriter out(setup, simulation);  out.on_frame(simulation);      // frame 0 is the initial
+///   state per step: out.on_step(simulation.step(dt), simulation);           per frame:
+///   out.on_frame(simulation); out.finish(exit_code, reason, simulation);
 class RunWriter {
  public:
   /// Throws MachineError when the folder cannot be written, InputError for an unknown frame kind.

@@ -1,8 +1,6 @@
 #include "runtime/output/vtp.h"
 
 #include <cstdint>
-#include <sstream>
-#include <string_view>
 
 #include "common/atomic_file.h"
 #include "common/input_error.h"
@@ -156,8 +154,8 @@ void write_particles_vtp(const std::string& path, const Particles& particles, do
 }
 
 void PvdIndex::add(double time, const std::string& file_name) {
-  entries_ += "<DataSet timestep=\"" + number_text(time) + "\" part=\"0\" file=\"" + file_name +
-              "\"/>\n";
+  entries_ +=
+      "<DataSet timestep=\"" + number_text(time) + "\" part=\"0\" file=\"" + file_name + "\"/>\n";
   write_file_atomically(path_,
                         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
                         "byte_order=\"LittleEndian\">\n<Collection>\n" +

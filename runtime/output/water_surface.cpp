@@ -9,8 +9,8 @@
 namespace archetide {
 namespace {
 
-// The samples along one axis: pad, wall, n cell centres, wall, pad. A pad lies on its wall and holds air, so what
-// crosses between wall and pad ends exactly on the wall.
+// The samples along one axis: pad, wall, n cell centres, wall, pad. A pad lies on its wall and
+// holds air, so what crosses between wall and pad ends exactly on the wall.
 struct SampleAxis {
   std::vector<double> position;  // n + 4, m
 
@@ -58,7 +58,7 @@ class Marcher {
 
  private:
   struct Layer {
-    std::vector<double> value;                // samples, m
+    std::vector<double> value;                 // samples, m
     std::vector<std::array<int, 4>> vertices;  // samples: vertex on the x, y, z edge, and on a wall
     void resize(std::size_t n) { value.resize(n), vertices.resize(n); }
   };

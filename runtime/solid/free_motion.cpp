@@ -34,6 +34,23 @@ VecX GeneralisedMass::solve(const VecX& f) const {
   return y;
 }
 
+MatX GeneralisedMass::dense() const {
+  MatX m = MatX::Zero(size(), size());
+  m.topLeftCorner<3, 3>().diagonal().setConstant(mass);
+  m.block<3, 3>(3, 3) = inertia;
+  m.bottomRightCorner(M_hat.rows(), M_hat.rows()) = M_hat;
+  return m;
+}
+
+MatX GeneralisedMass::inverse() const {
+  MatX m = MatX::Zero(size(), size());
+  m.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / mass);
+  m.block<3, 3>(3, 3) = inertia_inverse;
+  const auto r = M_hat.rows();
+  if (r > 0) m.bottomRightCorner(r, r) = M_hat_factor.solve(MatX::Identity(r, r));
+  return m;
+}
+
 GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
                                  double dt, Stage stage, ModalStep step) {
   GeneralisedMass H;

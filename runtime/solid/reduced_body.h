@@ -82,6 +82,8 @@ struct GeneralisedMass {
   int size() const { return 6 + static_cast<int>(M_hat.rows()); }
   VecX apply(const VecX& y) const;  // H y, generalised momentum
   VecX solve(const VecX& f) const;  // H^-1 f
+  MatX dense() const;               // H
+  MatX inverse() const;             // H^-1
 };
 
 /// y of the body's present momenta, (P/m, I^-1 L, q_dot), 6 + r.

@@ -57,7 +57,7 @@ TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   const DenseSolution dense = solve_eq45(tank, pointers, dt);
   Coupling coupling(tank.options, {});
   std::vector<StageBody> stage;
-  for (const ReducedBody& b : tank.bodies) stage.push_back({&b, current_configuration(b), {}, {}});
+  for (const ReducedBody& b : tank.bodies) stage.push_back({&b, current_configuration(b), {}, false, {}});
   MacField u = tank.u;
   const SolveReport report =
       coupling.couple(Stage::kVelocityFull, dt, {&tank.phi, nullptr, 0.0}, stage, u, tank.results);

@@ -21,7 +21,7 @@ TEST(LeastPushes, AreComplementaryToTheSpeedsOnRandomProblemsOfAnyRank) {
     const VecX b = J * VecX::Random(rank) - VecX::Random(m).cwiseAbs();
     const VecX lambda = least_pushes(A, b);
     const VecX spare = A * lambda - b;
-    // measured: 2e-13, the condition of the active rows times round-off
+    // condition of the active rows times round-off
     const double scale = b.cwiseAbs().maxCoeff();
     EXPECT_GE(lambda.minCoeff(), 0.0);
     EXPECT_GE(spare.minCoeff(), -1e-10 * scale) << "m " << m << " rank " << rank;

@@ -38,7 +38,7 @@ Outcome held(const ReducedBody& body, const FreeMotion& stage, const StageContac
   const MatX all = contact_rows(body, stage.terms, contacts.points);
   const std::vector<int> pressing = pressing_rows(stage.H, all, stage.y_star, contacts.target);
   const MatX rows = all(pressing, Eigen::all);
-  const ConstrainedMass mass(stage.H, rows, contacts.target(pressing));
+  const ConstrainedMass mass(stage.H.inverse(), rows, contacts.target(pressing));
   return {mass.project(stage.y_star), rows.transpose() * mass.impulses(stage.y_star)};
 }
 
@@ -95,7 +95,7 @@ TEST(ConstrainedMass, SolvesTheConstrainedProblemOfTheDenseSystem) {
   VecX right = VecX::Zero(13);
   right.head(10) = VecX::LinSpaced(10, -1.0, 2.0);
   const VecX expected = system.fullPivLu().solve(right).head(10);
-  const ConstrainedMass mass(stage.H, C);
+  const ConstrainedMass mass(stage.H.inverse(), C);
   EXPECT_LE((mass.solve(right.head(10)) - expected).norm(), 1e-12 * expected.norm());
   EXPECT_LE((C * mass.solve(right.head(10))).norm(), 1e-12 * expected.norm());
 }
@@ -112,7 +112,7 @@ TEST(ConstrainedMass, TakesRedundantRowsAndIsSymmetric) {
       configuration_terms(body, current_configuration(body), ModalMass::kExact);
   const GeneralisedMass H =
       generalised_mass(body, t, 0.01, Stage::kVelocityFull, ModalStep::kTrapezoid);
-  const ConstrainedMass mass(H, contact_rows(body, t, contacts));
+  const ConstrainedMass mass(H.inverse(), contact_rows(body, t, contacts));
   MatX K(6, 6);
   for (int c = 0; c < 6; ++c) K.col(c) = mass.solve(VecX::Unit(6, c));
   EXPECT_LE((K - K.transpose()).norm(), 1e-14 * K.norm());

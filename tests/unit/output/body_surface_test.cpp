@@ -24,9 +24,7 @@ TEST(BodiesSurface, PlacesEveryBodyInTheWorldUnderItsNumber) {
   for (const Vec3& n : mesh.normals) EXPECT_NEAR(n.norm(), 1.0, 1e-14);
 }
 
-TEST(BodiesSurface, NoBodiesGiveNoSurface) {
-  EXPECT_TRUE(bodies_surface({}).vertices.empty());
-}
+TEST(BodiesSurface, NoBodiesGiveNoSurface) { EXPECT_TRUE(bodies_surface({}).vertices.empty()); }
 
 }  // namespace
 }  // namespace archetide

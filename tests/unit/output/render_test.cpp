@@ -18,7 +18,8 @@
 namespace archetide {
 namespace {
 
-// A run of two frames: a unit tank, water to 0.4 m, an orange ball (body 0) over it and a green one (body 2) in it.
+// A run of two frames: a unit tank, water to 0.4 m, an orange ball (body 0) over it and a green one
+// (body 2) in it.
 class RenderedRun : public testing::Test {
  protected:
   void SetUp() override {
@@ -76,7 +77,8 @@ TEST_F(RenderedRun, BodiesKeepTheirColourInAirAndBehindWater) {
 TEST_F(RenderedRun, WaterIsBluerThanTheGroundBesideIt) {
   render_run(folder_.path(), options_);
   const Image image = read_png(folder_ / "pictures/frame.000000.png");
-  const Vec3 water = pixel_at(image, Vec3(0.5, 0.0, 0.2)), ground = pixel_at(image, Vec3(1.5, 0, 0));
+  const Vec3 water = pixel_at(image, Vec3(0.5, 0.0, 0.2)),
+             ground = pixel_at(image, Vec3(1.5, 0, 0));
   EXPECT_GT(water[2] - water[0], ground[2] - ground[0] + 40.0);
 }
 
@@ -122,8 +124,9 @@ TEST(Camera, HoldsTheWholeBoxTightlyFromAnywhere) {
       const Vec3 up = top_edge / top_edge.dot(forward) - forward;
       double farthest = 0.0;
       for (int c = 0; c < 8; ++c) {
-        const Vec3 x = Vec3((c & 1 ? high : low)[0], (c & 2 ? high : low)[1],
-                            (c & 4 ? high : low)[2]) - camera.eye();
+        const Vec3 x =
+            Vec3((c & 1 ? high : low)[0], (c & 2 ? high : low)[1], (c & 4 ? high : low)[2]) -
+            camera.eye();
         const double depth = x.dot(forward);
         ASSERT_GT(depth, 0.0);
         farthest = std::max({farthest, std::abs(x.dot(right)) / right.squaredNorm() / depth,
@@ -138,7 +141,8 @@ TEST(Image, PngReadsBackTheSamePixels) {
   if (!png_available()) GTEST_SKIP() << "this build has no libpng";
   const ScratchFolder folder;
   Image image(7, 5);
-  for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<std::uint8_t>(37 * i);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i)
+    image.rgb[i] = static_cast<std::uint8_t>(37 * i);
   write_png(folder / "a.png", image);
   const Image back = read_png(folder / "a.png");
   EXPECT_EQ(back.width, 7);

@@ -107,8 +107,11 @@ TEST(SvgChart, ThinningALongLineKeepsItsPeaks) {
 
 TEST(SvgChart, ConstantEmptyAndNaNLinesAreDrawable) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const std::vector<double>& y :
-       {std::vector<double>{}, {1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {nan, 1.0, nan}, {nan, nan, nan}}) {
+  for (const std::vector<double>& y : {std::vector<double>{},
+                                       {1.0, 1.0, 1.0},
+                                       {0.0, 0.0, 0.0},
+                                       {nan, 1.0, nan},
+                                       {nan, nan, nan}}) {
     std::vector<double> x;
     for (std::size_t i = 0; i < y.size(); ++i) x.push_back(0.1 * static_cast<double>(i));
     const std::string svg = svg_chart({"c", "x", "y", {{"s", x, y, "#000"}}});

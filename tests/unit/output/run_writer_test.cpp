@@ -58,10 +58,9 @@ void run_to_the_end(const std::string& directory, int exit_code) {
 TEST(RunWriter, LeavesTheWholeFolderAndNoPartialFile) {
   const ScratchFolder folder;
   run_to_the_end(folder / "run", 0);
-  for (const char* name :
-       {"scene.toml", "manifest.json", "run.log", "stats.csv", "bodies.csv", "done.stamp",
-        "frames/bodies.000000.vtp", "frames/bodies.000002.vtp", "frames/bodies.pvd",
-        "frames/obstacles.ply"})
+  for (const char* name : {"scene.toml", "manifest.json", "run.log", "stats.csv", "bodies.csv",
+                           "done.stamp", "frames/bodies.000000.vtp", "frames/bodies.000002.vtp",
+                           "frames/bodies.pvd", "frames/obstacles.ply"})
     EXPECT_TRUE(fs::exists(folder / "run/" + name)) << name;
   EXPECT_FALSE(fs::exists(folder / "run/frames/surface.000000.ply"));
   for (const auto& entry : fs::recursive_directory_iterator(folder / "run"))
@@ -88,7 +87,8 @@ TEST(RunWriter, TablesAndManifestTellTheRun) {
   ASSERT_EQ(m.archetypes.size(), 1u);
   ASSERT_EQ(m.bodies.size(), 2u);
   EXPECT_EQ(m.bodies[0].mass, 2.0);
-  EXPECT_EQ(m.bodies[0].bytes, static_cast<double>(instance_bytes(rigid_body(tetrahedron_archetype()))));
+  EXPECT_EQ(m.bodies[0].bytes,
+            static_cast<double>(instance_bytes(rigid_body(tetrahedron_archetype()))));
   const std::string log = read_whole_file(folder / "run/run.log");
   EXPECT_NE(log.find("bodies     2 of 1 archetypes"), std::string::npos) << log;
   EXPECT_NE(log.find("a remark"), std::string::npos);
@@ -132,7 +132,8 @@ TEST(RunWriter, AnUnknownFrameKindIsRefusedWithTheNearestOne) {
 TEST(MemoryEstimate, SharedArchetypesCountOnce) {
   const auto archetype = tetrahedron_archetype();
   const ReducedBody body = rigid_body(archetype);
-  const MemoryEstimate one = estimate_memory({}, {body}), three = estimate_memory({}, {body, body, body});
+  const MemoryEstimate one = estimate_memory({}, {body}),
+                       three = estimate_memory({}, {body, body, body});
   EXPECT_EQ(one.archetypes, three.archetypes);
   EXPECT_EQ(3.0 * one.bodies, three.bodies);
   EXPECT_EQ(one.water, 0.0);

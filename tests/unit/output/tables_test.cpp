@@ -48,8 +48,9 @@ TEST(BodiesTable, HeaderIsTheContract) {
   body.r = 2;
   BodiesTable table(folder / "bodies.csv", {body});
   table.flush();
-  EXPECT_EQ(read_whole_file(folder / "bodies.csv"),
-            "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,px,py,pz,lx,ly,lz,fx,fy,fz,tx,ty,tz,q1,q2\n");
+  EXPECT_EQ(
+      read_whole_file(folder / "bodies.csv"),
+      "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,px,py,pz,lx,ly,lz,fx,fy,fz,tx,ty,tz,q1,q2\n");
 }
 
 TEST(BodiesTable, VelocityAndSpinFollowFromTheMomenta) {

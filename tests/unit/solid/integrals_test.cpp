@@ -61,7 +61,7 @@ struct Integrals : ::testing::TestWithParam<int> {
   Configuration here() const { return current_configuration(body); }
 };
 
-// Round-off of sums over 80 nodes relative to the result; measured at most 4e-15.
+// Round-off of sums over 80 nodes relative to the result; measured at most 3e-15.
 constexpr double kRoundOff = 1e-12;
 
 /// `scale`: size of the terms whose sum b is (a single mode has D = 0, a sum of cancelling terms).
@@ -191,7 +191,7 @@ TEST(Surface, VelocityIsTheRateOfThePointAsThePoseAdvances) {
 TEST(Instance, OwnsAtMost16KiBWithTwentyModes) {
   const SyntheticBody synthetic = random_archetype(2, 20);
   const ReducedBody body = make_body(synthetic.archetype, 20);
-  EXPECT_LE(instance_bytes(body), 16u * 1024u);  // measured 560 bytes
+  EXPECT_LE(instance_bytes(body), 16u * 1024u);  // measured 512 bytes
   EXPECT_GE(instance_bytes(body), 40u * sizeof(double));
 }
 

@@ -1,0 +1,115 @@
+#include "runtime/output/run_description.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/sha256.h"
+#include "runtime/output/number_text.h"
+
+namespace archetide {
+namespace {
+
+std::string scientific(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1e", x);
+  return text;
+}
+
+std::string grid_line(const SimulationOptions& o) {
+  const Grid& g = o.grid;
+  if (g.cells() == 0) return "tank       none";
+  return "tank       " + std::to_string(g.nx) + " x " + std::to_string(g.ny) + " x " +
+         std::to_string(g.nz) + " = " + std::to_string(g.cells()) + " cells of " +
+         number_text(g.dx) + " m" + (o.has_water ? "" : ", no water");
+}
+
+std::string bodies_line(const Manifest& m) {
+  if (m.bodies.empty()) return "bodies     none";
+  double bytes = 0.0, largest = 0.0;
+  for (const auto& b : m.bodies) bytes += b.bytes, largest = std::max(largest, b.bytes);
+  return "bodies     " + std::to_string(m.bodies.size()) + " of " +
+         std::to_string(m.archetypes.size()) + " archetypes; instances hold " + bytes_text(bytes) +
+         " (at most " + bytes_text(largest) + " each)";
+}
+
+std::string switches_line(const SimulationOptions& o) {
+  std::string on = o.scheme == Scheme::kNewmark ? "two solves a step" : "one solve a step";
+  on += o.modal.step == ModalStep::kTrapezoid ? ", trapezoid" : ", backward Euler";
+  on += o.modal.mass == ModalMass::kExact ? ", exact modal mass" : ", the paper's modal mass";
+  if (o.has_water) {
+    on += o.geometry == Geometry::kCutCell ? ", cut cells" : ", voxel faces";
+    on += ", tolerance " + scientific(o.tolerance);
+    if (o.particles_per_cell > 0)
+      on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
+  }
+  if (o.wall_contact) on += ", wall contact";
+  return "on         " + on;
+}
+
+std::string phase_line(const std::string& phase, double seconds, double wall_seconds) {
+  const auto depth = std::count(phase.begin(), phase.end(), '/');
+  char text[160];
+  std::snprintf(text, sizeof text, "  %*s%-28s %9.2f s %5.1f %%", static_cast<int>(2 * depth), "",
+                phase.c_str(), seconds, 100.0 * seconds / std::max(1e-9, wall_seconds));
+  return text;
+}
+
+}  // namespace
+
+Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
+  Manifest m;
+  m.version = ARCHETIDE_VERSION;
+  m.build = build_description();
+  m.scene = setup.scene_name;
+  m.scene_hash = sha256_hex(setup.scene_text);
+  m.command_line = setup.command_line;
+  m.threads = setup.threads;
+  m.grid = simulation.options().grid;
+  m.has_water = simulation.options().has_water;
+  m.fps = setup.fps, m.end_time = setup.end_time;
+  m.started = utc_now();
+  const auto& bodies = simulation.bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Archetype& a = *bodies[b].archetype;
+    const bool known = std::any_of(m.archetypes.begin(), m.archetypes.end(), [&](const auto& e) {
+      return e.name == a.name && e.hash == a.content_hash;
+    });
+    if (!known)
+      m.archetypes.push_back({a.name, a.content_hash, static_cast<int>(a.surface.vertices.size()),
+                              a.r(), archetype_bytes(a)});
+    m.bodies.push_back({b < setup.body_names.size() ? setup.body_names[b] : a.name, a.name,
+                        a.integrals.mass * bodies[b].mass_scale, a.density * bodies[b].mass_scale,
+                        bodies[b].r, static_cast<double>(instance_bytes(bodies[b]))});
+  }
+  return m;
+}
+
+std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
+                                      const Simulation& simulation) {
+  const SimulationOptions& o = simulation.options();
+  const MemoryEstimate memory = estimate_memory(o, simulation.bodies());
+  return {"archetide " + manifest.version + " (" + manifest.build + ", " +
+              std::to_string(setup.threads) + " threads)",
+          "scene      " + setup.scene_name + ", " + number_text(setup.end_time) + " s at " +
+              number_text(setup.fps) + " frames a second",
+          grid_line(o),
+          bodies_line(manifest),
+          switches_line(o),
+          "memory     about " + bytes_text(memory.total()) + " (water " + bytes_text(memory.water) +
+              ", archetypes " + bytes_text(memory.archetypes) + ")"};
+}
+
+std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile) {
+  std::vector<std::string> lines = {
+      "ended at t " + number_text(m.time) + " s after " + duration_text(m.wall_seconds) + " (" +
+      duration_text(m.cpu_seconds) + " CPU), " + std::to_string(m.steps) + " steps, " +
+      std::to_string(m.frames) + " frames, peak memory " + bytes_text(m.peak_bytes)};
+  for (const std::string& phase : profile.phases())
+    lines.push_back(phase_line(phase, profile.seconds(phase), m.wall_seconds));
+  lines.push_back("worst volume drift " + scientific(m.worst_volume_drift) + ", step halvings " +
+                  std::to_string(m.halvings) + ", worst iteration count " +
+                  std::to_string(m.worst_iterations));
+  return lines;
+}
+
+}  // namespace archetide

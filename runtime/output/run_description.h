@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/output/manifest.h"
+#include "runtime/output/run_writer.h"
+
+namespace archetide {
+
+/// What is known of a run before its first step.
+Manifest describe_run(const RunSetup& setup, const Simulation& simulation);
+
+/// The lines that a run begins with: grid, bodies, what is on, memory.
+std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
+                                      const Simulation& simulation);
+
+/// The lines that it ends with: time by phase, worst drift, halvings, worst iteration count.
+std::vector<std::string> summary_lines(const Manifest& manifest, const Profile& profile);
+
+}  // namespace archetide
