@@ -309,6 +309,7 @@ const SimulationOptions& Simulation::options() const { return impl_->options; }
 const FluidState& Simulation::fluid() const { return impl_->fluid; }
 const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
 std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
+const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }
 const Vec3& Simulation::water_angular_impulse(int b) const { return impl_->water_angular_impulse[b]; }

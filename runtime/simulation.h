@@ -74,6 +74,8 @@ class Simulation {
   const FluidState& fluid() const;
   const std::vector<ReducedBody>& bodies() const;
   std::vector<ReducedBody>& bodies();
+  /// Geometry and pressure system of the last solve.
+  const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;
   /// Impulse (force, torque about the centre of mass) of the water on body b since the last reset, N s and N m s.
   const Vec3& water_impulse(int b) const;
