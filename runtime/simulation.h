@@ -25,6 +25,7 @@ struct SimulationOptions {
   Vec3 reference_point = Vec3::Zero();   // where p' = p; the result must not depend on it
   Sides open_side{};                     // open sides of the tank; others closed and free-slip
   int particles_per_cell = 0;            // 0: plain level set
+  bool volume_control = true;            // the surface is moved by what the level set lost in volume
 
   Geometry geometry = Geometry::kCutCell;
   double tolerance = 1e-8;               // relative residual of the coupled solve, 1e-14 .. 1e-2
@@ -46,6 +47,7 @@ struct StepReport {
   SolveReport position, velocity;       // the two coupled solves (position is empty for Scheme::kSingle)
   double divergence = 0.0;              // max |div u| over water cells after the velocity solve, 1/s
   double water_volume = 0.0;            // m^3
+  double volume_given_back = 0.0;       // by volume control since the start, m^3
   Vec3 water_momentum = Vec3::Zero();   // kg m/s
   Vec3 body_momentum = Vec3::Zero();    // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s

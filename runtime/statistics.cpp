@@ -33,13 +33,32 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
   r.max_deformation = std::max(r.max_deformation, deformation(body));
 }
 
+double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids) {
+  Array3<double> open_cell(g.nx, g.ny, g.nz);
+  for (std::size_t n = 0; n < open_cell.size(); ++n) open_cell[n] = std::clamp(1.0 - solids.cell[n], 0.0, 1.0);
+  return water_volume(g, phi, &open_cell);
+}
+
+double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid, const Coupling& coupling) {
+  const Grid& g = o.grid;
+  double sum = 0.0;
+  for (int side = 0; side < 6; ++side) {
+    if (!o.open_side[side]) continue;
+    const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    Vec3i f = Vec3i::Zero();
+    f[axis] = side % 2 ? g.size(axis) : 0;
+    for (f[c] = 0; f[c] < g.size(c); ++f[c])
+      for (f[b] = 0; f[b] < g.size(b); ++f[b])
+        if (coupling.valid()[axis](f[0], f[1], f[2]) == 1)
+          sum += (side % 2 ? 1.0 : -1.0) * coupling.open()[axis](f[0], f[1], f[2]) * fluid.u[axis](f[0], f[1], f[2]);
+  }
+  return sum * g.dx * g.dx;
+}
+
 void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, const Coupling& coupling,
                           StepReport& r) {
   const Grid& g = o.grid;
-  Array3<double> open_cell(g.nx, g.ny, g.nz);
-  for (std::size_t n = 0; n < open_cell.size(); ++n)
-    open_cell[n] = std::clamp(1.0 - coupling.solids().cell[n], 0.0, 1.0);
-  r.water_volume = water_volume(g, fluid.phi, &open_cell);
+  r.water_volume = water_volume(g, fluid.phi, coupling.solids());
 
   // rho dx^3 w u over the faces between water cells; plane by plane so that threads do not change the sums
   const double mass = o.water_density * g.dx * g.dx * g.dx;
@@ -59,7 +78,8 @@ void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, c
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i) {
         const double level = fluid.phi(i, j, k) / g.dx;
-        const double fill = std::clamp(0.5 - level, 0.0, 1.0) * open_cell(i, j, k);
+        const double open = std::clamp(1.0 - coupling.solids().cell(i, j, k), 0.0, 1.0);
+        const double fill = std::clamp(0.5 - level, 0.0, 1.0) * open;
         potential[k] -= mass * fill * o.gravity.dot(g.cell_centre(i, j, k));
       }
   for (double p : potential) r.potential += p;

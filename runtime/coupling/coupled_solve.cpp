@@ -32,7 +32,7 @@ double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int 
 
 // Through a smaller opening the flux is right but the velocity is not (measured beside a falling torus: up to 400 m/s
 // through 1e-5 of a face, where water and body moved at 2 m/s); it is taken from the faces around instead.
-constexpr double kTrustedOpening = 0.1;
+constexpr double kTrustedOpening = 0.5;
 
 // u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
 void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const Array3<double>& x,
@@ -58,10 +58,10 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
           if (high_water && low_water) {
             v[f] -= x(i, j, k) - x(low[0], low[1], low[2]);
           } else if (low_water) {
-            const SurfaceFace face = surface_face(g, s.surface, s.hydrostatics, low, axis, 1);
+            const SurfaceFace face = surface_face(g, s.surface, s.matrix.w, s.hydrostatics, low, axis, 1);
             v[f] -= (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
           } else {
-            const SurfaceFace face = surface_face(g, s.surface, s.hydrostatics, high, axis, -1);
+            const SurfaceFace face = surface_face(g, s.surface, s.matrix.w, s.hydrostatics, high, axis, -1);
             v[f] -= (x(i, j, k) - to_phi * (face.value - s.surface_mean)) / face.theta;
           }
         }

@@ -21,12 +21,12 @@ double face_value(const FaceField<double>& f, const Vec3i& c, int axis, int sign
   return f[axis](n[0], n[1], n[2]);
 }
 
-CellKind classify(const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
+CellKind classify(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
   double w = 0.0;
   for (int a = 0; a < 3; ++a) w += face_value(open, c, a, -1) + face_value(open, c, a, 1);
   constexpr double kClosed = 1e-9;  // a cell whose openings are round-off holds no water
   if (w < kClosed) return CellKind::kOutside;
-  return phi(c[0], c[1], c[2]) < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
+  return wet_point(g, phi, open, c).phi < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
 }
 
 // Sums of one plane of cells, added in plane order so that the result does not depend on threads.
@@ -37,16 +37,38 @@ struct PlaneSums {
 
 }  // namespace
 
-SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const Hydrostatics& hydrostatics,
-                         const Vec3i& c, int axis, int sign) {
-  const Vec3i n = neighbour(c, axis, sign);
-  double theta = 0.5;  // an open side of the tank: the value sits on the face
-  if (in_grid(g, n)) {
-    const double inside = (*surface.phi)(c[0], c[1], c[2]), outside = (*surface.phi)(n[0], n[1], n[2]);
-    theta = outside > inside ? std::clamp(inside / (inside - outside), 0.0, 1.0) : 1.0;
+WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
+  WetPoint p{g.cell_centre(c[0], c[1], c[2]), phi(c[0], c[1], c[2])};
+  // Mean opening of the six faces and its imbalance, the direction in which the water lies. A closed side of
+  // the tank is no solid: it counts like the face opposite to it.
+  Vec3 towards;
+  double mean = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    double low = face_value(open, c, a, -1), high = face_value(open, c, a, 1);
+    if (c[a] == 0 && low == 0.0) low = high;
+    if (c[a] == g.size(a) - 1 && high == 0.0) high = low;
+    towards[a] = high - low;
+    mean += (low + high) / 6.0;
   }
-  Vec3 point = g.cell_centre(c[0], c[1], c[2]);
-  point[axis] += sign * theta * g.dx;
+  const double largest = towards.cwiseAbs().maxCoeff();
+  if (mean >= 1.0 || largest == 0.0) return p;
+  const Vec3 offset = 0.5 * g.dx * (1.0 - mean) / largest * towards;
+  p.x += offset;
+  p.phi += offset.dot(interpolate_gradient(g, phi, p.x - offset));
+  return p;
+}
+
+SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
+                         const Hydrostatics& hydrostatics, const Vec3i& c, int axis, int sign) {
+  const Vec3i n = neighbour(c, axis, sign);
+  const WetPoint inside = wet_point(g, *surface.phi, open, c);
+  double theta = 0.5;  // an open side of the tank: the value sits on the face
+  Vec3 point = inside.x + sign * theta * g.dx * Vec3::Unit(axis);
+  if (in_grid(g, n)) {
+    const WetPoint outside = wet_point(g, *surface.phi, open, n);
+    theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
+    point = inside.x + theta * (outside.x - inside.x);
+  }
   if (surface.carrier) point -= surface.shift * interpolate(g, *surface.carrier, point);
   return {std::max(theta, kThetaMin), hydrostatics.surface_value(point)};
 }
@@ -70,7 +92,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const F
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) A.kind(i, j, k) = classify(*surface.phi, open, Vec3i(i, j, k));
+      for (int i = 0; i < g.nx; ++i) A.kind(i, j, k) = classify(g, *surface.phi, open, Vec3i(i, j, k));
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
   std::vector<PlaneSums> sums(g.nz);
@@ -92,7 +114,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const F
               A.diag[n] += w;
               continue;
             }
-            const SurfaceFace x = surface_face(g, surface, hydrostatics, c, axis, sign);
+            const SurfaceFace x = surface_face(g, surface, open, hydrostatics, c, axis, sign);
             A.diag[n] += w / x.theta;
             s.surface_weight[n] += w / x.theta;
             s.surface_rhs[n] += w / x.theta * x.value;

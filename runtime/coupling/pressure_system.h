@@ -20,7 +20,7 @@ struct Hydrostatics {
 /// The free surface as the pressure sees it. The interface is read at mid-time: its points are moved back by
 /// shift * carrier, which makes the restoring force second order in time (shift = 0: where it stands).
 struct FreeSurface {
-  const Array3<double>* phi = nullptr;  // cells, m
+  const Array3<double>* phi = nullptr;  // cells, m; continued into solids
   const MacField* carrier = nullptr;    // velocity that moved the interface, m/s; may be null
   double shift = 0.0;                   // s
 };
@@ -37,16 +37,25 @@ struct PressureSystem {
   std::size_t unknowns = 0;
 };
 
-/// A face between water and a prescribed value: the interface crosses the segment of cell centres at theta.
+/// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell times its solid
+/// fraction. Beside a body the centre may lie inside the solid: asked there, pockets of a few per cent of a cell
+/// passed for air and swallowed water (measured: a heaving sphere lost 0.5 % of the tank in 2 s, 32^3).
+struct WetPoint {
+  Vec3 x;      // m
+  double phi;  // m
+};
+WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& cell);
+
+/// A face between water and a prescribed value: the interface crosses the segment of wet points at theta.
 struct SurfaceFace {
   double theta;  // clamped to [kThetaMin, 1], cells
   double value;  // p'_I / rho, m^2/s^2 (at the unclamped crossing)
 };
 constexpr double kThetaMin = 1e-3;
-SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const Hydrostatics& hydrostatics,
-                         const Vec3i& water_cell, int axis, int sign);
+SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
+                         const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis, int sign);
 
-/// Classifies cells (water where phi < 0 and some face is open) and fills the system. `open` are the open area
+/// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the system. `open` are the open area
 /// fractions of all faces, 0 on closed sides of the tank.
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                               const Sides& open_side, const Hydrostatics& hydrostatics,

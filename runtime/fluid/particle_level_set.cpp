@@ -222,6 +222,18 @@ void advect_particles(const Grid& g, const MacField& u, double dt, Particles& pa
   }
 }
 
+void move_particles_along_normal(const Grid& g, const Array3<double>& phi, double distance,
+                                 Particles& particles) {
+  const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx),
+             high = g.high() - Vec3::Constant(kWallGap * g.dx);
+#pragma omp parallel for
+  for (std::size_t t = 0; t < particles.size(); ++t) {
+    Vec3& x = particles.position[t];
+    const Vec3 moved = x + distance * interpolate_gradient(g, phi, x).stableNormalized();
+    x = moved.cwiseMax(low).cwiseMin(high);
+  }
+}
+
 int correct_level_set(const Grid& g, const Particles& particles, const Mask& solid,
                       Array3<double>& phi) {
   int escaped = 0;

@@ -52,6 +52,7 @@ void StatsTable::write_header(const Profile& profile) {
                                     "contacts",
                                     "joint_drift",
                                     "max_deformation",
+                                    "volume_given_back",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -72,6 +73,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.max_speed).cell(s.contacts);
   csv_.cell(0.0);  // joint drift: there are no joints
   csv_.cell(s.max_deformation);
+  csv_.cell(s.volume_given_back);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

@@ -48,6 +48,7 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
     options.reference_point[2] = highest_water(*scene.fluid);
     options.open_side = scene.fluid->open;
     options.particles_per_cell = scene.fluid->particles_per_cell;
+    options.volume_control = scene.fluid->volume_control;
   }
   options.wall_contact = scene.fluid.has_value();
   options.restitution = scene.restitution;

