@@ -17,8 +17,8 @@ struct Hydrostatics {
   double surface_value(const Vec3& x) const { return -gravity.dot(x - reference); }
 };
 
-/// The free surface as the pressure sees it. The interface is read at mid-time: its points are moved back by
-/// shift * carrier, which makes the restoring force second order in time (shift = 0: where it stands).
+/// The free surface as the pressure sees it. The interface may be read earlier in the step: its points are moved back by
+/// shift * carrier (half a step makes the restoring force second order in time; 0: where it stands).
 struct FreeSurface {
   const Array3<double>* phi = nullptr;  // cells, m; continued into solids
   const MacField* carrier = nullptr;    // velocity that moved the interface, m/s; may be null

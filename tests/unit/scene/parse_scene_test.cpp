@@ -31,6 +31,7 @@ origin = [-1, 0, 1]
 density = 900.0
 walls = { xmin = "open", xmax = "open", ymin = "open", ymax = "open", zmin = "open", zmax = "open" }
 particles = { per_cell = 16 }
+volume_control = false
 [fluid.water]
 level = 0.4
 boxes = [{ low = [0, 0, 0], high = [1, 1, 1] }]
@@ -116,6 +117,7 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.fluid->density, 900.0);
   for (const bool open : s.fluid->open) EXPECT_TRUE(open);
   EXPECT_EQ(s.fluid->particles_per_cell, 16);
+  EXPECT_FALSE(s.fluid->volume_control);
   EXPECT_FALSE(s.fluid->water.full);
   EXPECT_EQ(s.fluid->water.level, 0.4);
   EXPECT_EQ(s.fluid->water.boxes.at(0).high, Vec3(1, 1, 1));
