@@ -29,7 +29,7 @@ template <class A, class B>
 /// Always on. ARCHETIDE_CHECK(n > 0) or, printing both operands, ARCHETIDE_CHECK_OP(a, ==, b).
 #define ARCHETIDE_CHECK(condition) \
   ((condition) ? void(0) : ::archetide::detail::check_failed(__FILE__, __LINE__, #condition))
-#define ARCHETIDE_CHECK_OP(a, op, b)                                                           \
-  (((a)op(b)) ? void(0)                                                                        \
-              : ::archetide::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b, (a), \
-                                                  (b)))
+#define ARCHETIDE_CHECK_OP(a, op, b) \
+  (((a)op(b))                        \
+       ? void(0)                     \
+       : ::archetide::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b, (a), (b)))

@@ -26,7 +26,8 @@ class ScopedTimer {
   ScopedTimer(Profile& profile, std::string phase)
       : profile_(profile), phase_(std::move(phase)), start_(std::chrono::steady_clock::now()) {}
   ~ScopedTimer() {
-    profile_.add(phase_, std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+    profile_.add(phase_,
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
   }
   ScopedTimer(const ScopedTimer&) = delete;
   ScopedTimer& operator=(const ScopedTimer&) = delete;

@@ -14,9 +14,10 @@
 namespace archetide {
 namespace {
 
-// How far back in the step, in steps, the surface and the bodies are read for their hydrostatic pressure. 1/2 leaves waves
-// of every length undamped, and the chop that breaking feeds never dies; this damps a wave of frequency w by
-// (1/2 - 0.4)/2 (w dt)^2 a step: 5 % for the shortest waves at the largest step, 1e-4 for a sloshing tank.
+// How far back in the step, in steps, the surface and the bodies are read for their hydrostatic
+// pressure. 1/2 leaves waves of every length undamped, and the chop that breaking feeds never dies;
+// this damps a wave of frequency w by (1/2 - 0.4)/2 (w dt)^2 a step: 5 % for the shortest waves at
+// the largest step, 1e-4 for a sloshing tank.
 constexpr double kReadBack = 0.4;
 
 WallContactOptions wall_options(const SimulationOptions& o, double dt) {
@@ -54,8 +55,8 @@ void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask)
   for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = solids.cell[n] > 0.5;
 }
 
-// Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its centre): where the
-// advected velocity is wanted.
+// Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its
+// centre): where the advected velocity is wanted.
 void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
   if (target[0].size() == 0) target.resize(g, 0);
   for (auto& component : target.axis) component.fill(0);
@@ -67,7 +68,7 @@ void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsign
           target[0](i, j, k) = target[1](i, j, k) = 1;
           target[2](i, j, k) = 1;
         }
-  // The high faces in passes of their own, so that no two threads write one face.
+        // The high faces in passes of their own, so that no two threads write one face.
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
@@ -88,22 +89,29 @@ struct Simulation::Impl {
   std::vector<TriMesh> obstacles;
   Coupling coupling;
 
-  std::vector<StageContacts> held;                 // per body, points at walls for the velocity stage
-  std::vector<BodyReach> reach;                    // per body, bounds its extent
+  std::vector<StageContacts> held;  // per body, points at walls for the velocity stage
+  std::vector<BodyReach> reach;     // per body, bounds its extent
   std::vector<Vec3> water_impulse, water_angular_impulse;
-  FaceField<unsigned char> valid;                  // faces of fluid.u that mean something (layers count)
+  FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
   Array3<unsigned char> solid_cells;
   FaceField<unsigned char> target;
   MacField u_half, u_star;
   long step_count = 0;
-  double volume_wanted = 0.0, volume = 0.0;        // m^3: at the start less what left through open sides; last measured
-  double volume_given_back = 0.0;                  // m^3
+  double volume_wanted = 0.0,
+         volume = 0.0;  // m^3: at the start less what left through open sides; last measured
+  double volume_given_back = 0.0;  // m^3
   Profile profile;
 
-  Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b, std::vector<TriMesh> obs)
-      : options(std::move(o)), fluid(std::move(initial)), bodies(std::move(b)), obstacles(std::move(obs)),
-        coupling(coupling_options(options), obstacles), held(bodies.size()),
-        water_impulse(bodies.size(), Vec3::Zero()), water_angular_impulse(bodies.size(), Vec3::Zero()) {
+  Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
+       std::vector<TriMesh> obs)
+      : options(std::move(o)),
+        fluid(std::move(initial)),
+        bodies(std::move(b)),
+        obstacles(std::move(obs)),
+        coupling(coupling_options(options), obstacles),
+        held(bodies.size()),
+        water_impulse(bodies.size(), Vec3::Zero()),
+        water_angular_impulse(bodies.size(), Vec3::Zero()) {
     for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
   }
 
@@ -119,11 +127,18 @@ struct Simulation::Impl {
   void prepare();
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
-                         std::vector<std::vector<Vec3>>& mid_points, StepReport& report);
+                         std::vector<std::vector<Vec3>>& read_points, StepReport& report);
+  void predict_positions(double dt, std::vector<Configuration>& middle);
+  void correct_positions(double dt, const std::vector<ReducedBody>& start);
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
-                          const std::vector<std::vector<Vec3>>& mid_points, StepReport& report);
+                          const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   bool may_reach_wall(std::size_t b, double dt) const;
+  // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
+  FreeSurface surface_now(double dt) const {
+    if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi, nullptr, 0.0};
+    return {&fluid.phi, &u_half, kReadBack * dt};
+  }
   void control_volume();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
@@ -138,15 +153,17 @@ void Simulation::Impl::prepare() {
   u_star.resize(g, 0.0);
   valid.resize(g, 1);
   std::vector<StageBody> stage;
-  for (const ReducedBody& b : bodies) stage.push_back({&b, current_configuration(b), {}, false, {}});
+  for (const ReducedBody& b : bodies)
+    stage.push_back({&b, current_configuration(b), {}, false, {}});
   coupling.update_geometry(stage);
   mark_solid_cells(coupling.solids(), solid_cells);
   prepare_surface(g, fluid, surface_options(), solid_cells);
   volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
 }
 
-// Moves the free surface as a whole by the volume that it has lost, or gained, over its area. Beside bodies in waves
-// the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius); a hundredth of a cell a step gives it back.
+// Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
+// Beside bodies in waves the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius);
+// a hundredth of a cell a step gives it back.
 void Simulation::Impl::control_volume() {
   const Grid& g = options.grid;
   constexpr double kMaxShift = 0.02;  // cells a step
@@ -171,23 +188,25 @@ void Simulation::Impl::extrapolate(MacField& u, FaceField<unsigned char>& mask) 
 
 // Stage 1: velocities at the half step move the bodies.
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
-                                         std::vector<std::vector<Vec3>>& mid_points, StepReport& report) {
+                                         std::vector<std::vector<Vec3>>& read_points,
+                                         StepReport& report) {
   ScopedTimer timer(profile, "positions");
   if (has_water()) u_half = fluid.u;
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
   std::vector<StageResult> results;
-  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage, u_half, results);
+  report.position =
+      coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage, u_half, results);
   if (!report.position.converged) return false;
   if (has_water()) {
     valid = coupling.valid();
     extrapolate(u_half, valid);
   }
   middle.clear();
-  mid_points.resize(bodies.size());
+  read_points.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    std::vector<Vec3> before, &mid = mid_points[b];
+    std::vector<Vec3> before, &mid = read_points[b];
     surface_points(bodies[b], before);
     middle.push_back(advance_pose(bodies[b], results[b].motion, results[b].y, dt));
     held[b] = results[b].contacts;
@@ -195,6 +214,44 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kReadBack * (before[v] - mid[v]);
   }
   return true;
+}
+
+// Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
+// their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
+// u^n.
+void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
+  if (has_water()) u_half = fluid.u;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    ReducedBody& body = bodies[b];
+    const FreeMotion motion =
+        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
+                    Stage::kPositionHalf, options.modal);
+    middle.push_back(advance_pose(body, motion, motion.y_star, dt));
+    held[b] = {};
+  }
+}
+
+// Scheme::kSingle, after its solve: the step is taken again from x^n with the mean of old and new
+// velocity (trapezoid), or the new one (backward Euler), the rule that the velocities were solved
+// with.
+void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBody>& start) {
+  const bool mean = options.modal.step == ModalStep::kTrapezoid;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    ReducedBody moved = start[b];
+    const ConfigurationTerms terms_n =
+        configuration_terms(moved, current_configuration(moved), options.modal.mass);
+    const ConfigurationTerms terms =
+        configuration_terms(bodies[b], current_configuration(bodies[b]), options.modal.mass);
+    VecX y = generalised_velocity(bodies[b], terms);
+    if (mean) y = 0.5 * (y + generalised_velocity(moved, terms_n));
+    FreeMotion motion;
+    motion.terms = terms_n;
+    motion.H = generalised_mass(moved, terms_n, dt, Stage::kVelocityFull, options.modal.step);
+    advance_pose(moved, motion, y, dt);
+    bodies[b].position = moved.position;
+    bodies[b].rotation = moved.rotation;
+    bodies[b].q = moved.q;
+  }
 }
 
 // Between the stages: bodies against the walls on x^{n+1} and v^n.
@@ -219,7 +276,7 @@ bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
 
 // Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
-                                          const std::vector<std::vector<Vec3>>& mid_points,
+                                          const std::vector<std::vector<Vec3>>& read_points,
                                           StepReport& report) {
   const Grid& g = options.grid;
   if (has_water()) {
@@ -238,10 +295,10 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   ScopedTimer timer(profile, "velocities");
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], mid_points[b], false, held[b]});
+    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b]});
   std::vector<StageResult> results;
-  report.velocity = coupling.couple(Stage::kVelocityFull, dt, {&fluid.phi, has_water() ? &u_half : nullptr, kReadBack * dt},
-                                    stage, u_star, results);
+  report.velocity =
+      coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star, results);
   if (!report.velocity.converged) return false;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
@@ -259,10 +316,19 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
 
 bool Simulation::Impl::attempt(double dt, StepReport& report) {
   std::vector<Configuration> middle;
-  std::vector<std::vector<Vec3>> mid_points;
-  if (!advance_positions(dt, middle, mid_points, report)) return false;
+  std::vector<std::vector<Vec3>> read_points;
+  if (options.scheme == Scheme::kNewmark) {
+    if (!advance_positions(dt, middle, read_points, report)) return false;
+    resolve_contact(dt, report);
+    return advance_velocities(dt, middle, read_points, report);
+  }
+  const std::vector<ReducedBody> start = bodies;
+  read_points.resize(bodies.size());
+  predict_positions(dt, middle);
   resolve_contact(dt, report);
-  return advance_velocities(dt, middle, mid_points, report);
+  if (!advance_velocities(dt, middle, read_points, report)) return false;
+  correct_positions(dt, start);
+  return true;
 }
 
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
@@ -285,9 +351,10 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }
 
-Simulation::Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
-                       std::vector<TriMesh> obstacles)
-    : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies), std::move(obstacles))) {
+Simulation::Simulation(SimulationOptions options, FluidState initial,
+                       std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles)
+    : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
+                                   std::move(obstacles))) {
   impl_->prepare();
 }
 Simulation::~Simulation() = default;
@@ -329,9 +396,10 @@ StepReport Simulation::step(double dt) {
       return report;
     }
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
-      throw NumericsError("the coupled solve did not converge at t = " + std::to_string(s.fluid.time) +
-                          " s (dt = " + std::to_string(dt) + " s, residual " +
-                          std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
+      throw NumericsError(
+          "the coupled solve did not converge at t = " + std::to_string(s.fluid.time) +
+          " s (dt = " + std::to_string(dt) + " s, residual " +
+          std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
     s.bodies = bodies;
     s.fluid.phi = phi;
     s.fluid.particles = particles;
@@ -348,7 +416,9 @@ std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
 const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }
-const Vec3& Simulation::water_angular_impulse(int b) const { return impl_->water_angular_impulse[b]; }
+const Vec3& Simulation::water_angular_impulse(int b) const {
+  return impl_->water_angular_impulse[b];
+}
 void Simulation::reset_water_impulses() {
   for (Vec3& v : impl_->water_impulse) v.setZero();
   for (Vec3& v : impl_->water_angular_impulse) v.setZero();

@@ -18,25 +18,25 @@ enum class Scheme { kNewmark, kSingle };  // two coupled solves a step (Section 
 enum class OnFail { kHalveStep, kStop };
 
 struct SimulationOptions {
-  Grid grid;                             // zero cells: no tank, no water (bodies in vacuum)
+  Grid grid;  // zero cells: no tank, no water (bodies in vacuum)
   bool has_water = false;
-  double water_density = 1000.0;         // kg/m^3
-  Vec3 gravity = Vec3(0, 0, -9.81);      // m/s^2
-  Vec3 reference_point = Vec3::Zero();   // where p' = p; the result must not depend on it
-  Sides open_side{};                     // open sides of the tank; others closed and free-slip
-  int particles_per_cell = 0;            // 0: plain level set
-  bool volume_control = true;            // the surface is moved by what the level set lost in volume
+  double water_density = 1000.0;        // kg/m^3
+  Vec3 gravity = Vec3(0, 0, -9.81);     // m/s^2
+  Vec3 reference_point = Vec3::Zero();  // where p' = p; the result must not depend on it
+  Sides open_side{};                    // open sides of the tank; others closed and free-slip
+  int particles_per_cell = 0;           // 0: plain level set
+  bool volume_control = true;           // the surface is moved by what the level set lost in volume
 
   Geometry geometry = Geometry::kCutCell;
-  double tolerance = 1e-8;               // relative residual of the coupled solve, 1e-14 .. 1e-2
+  double tolerance = 1e-8;  // relative residual of the coupled solve, 1e-14 .. 1e-2
   int max_iterations = 200;
   ModalOptions modal;
   Scheme scheme = Scheme::kNewmark;
-  double cfl = 1.0;                      // cells that the fastest water or body may cross in a step, 0.1 .. 10
-  double max_dt = 1.0 / 24.0;            // s
+  double cfl = 1.0;  // cells that the fastest water or body may cross in a step, 0.1 .. 10
+  double max_dt = 1.0 / 24.0;  // s
   OnFail on_fail = OnFail::kHalveStep;
 
-  bool wall_contact = true;              // surface points against the tank's closed sides
+  bool wall_contact = true;  // surface points against the tank's closed sides
   double restitution = 0.0, friction = 0.0;
 };
 
@@ -44,22 +44,23 @@ struct SimulationOptions {
 struct StepReport {
   double t = 0.0, dt = 0.0, cfl = 0.0;  // time at the end, s; step, s; largest speed * dt / dx
   int halvings = 0;
-  SolveReport position, velocity;       // the two coupled solves (position is empty for Scheme::kSingle)
-  double divergence = 0.0;              // max |div u| over water cells after the velocity solve, 1/s
-  double water_volume = 0.0;            // m^3
-  double volume_given_back = 0.0;       // by volume control since the start, m^3
-  Vec3 water_momentum = Vec3::Zero();   // kg m/s
-  Vec3 body_momentum = Vec3::Zero();    // sum of P, kg m/s
+  SolveReport position, velocity;  // the two coupled solves (position is empty for Scheme::kSingle)
+  double divergence = 0.0;         // max |div u| over water cells after the velocity solve, 1/s
+  double water_volume = 0.0;       // m^3
+  double volume_given_back = 0.0;  // by volume control since the start, m^3
+  Vec3 water_momentum = Vec3::Zero();         // kg m/s
+  Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
-  double max_speed = 0.0;               // m/s, water and bodies
-  int contacts = 0;                     // wall contact points
-  double max_deformation = 0.0;         // largest modal displacement of a surface point / body size
+  double max_speed = 0.0;        // m/s, water and bodies
+  int contacts = 0;              // wall contact points
+  double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
 };
 
 class Simulation {
  public:
-  /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward surfaces.
+  /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
+  /// surfaces.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
              std::vector<TriMesh> obstacles);
   ~Simulation();
@@ -68,7 +69,8 @@ class Simulation {
   /// The step that the CFL number and max_dt allow now, s.
   double stable_dt() const;
 
-  /// Advances by dt (or less, see StepReport::dt, when on_fail halves). Throws NumericsError when it cannot.
+  /// Advances by dt (or less, see StepReport::dt, when on_fail halves). Throws NumericsError when
+  /// it cannot.
   StepReport step(double dt);
 
   double time() const;
@@ -79,7 +81,8 @@ class Simulation {
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;
-  /// Impulse (force, torque about the centre of mass) of the water on body b since the last reset, N s and N m s.
+  /// Impulse (force, torque about the centre of mass) of the water on body b since the last reset,
+  /// N s and N m s.
   const Vec3& water_impulse(int b) const;
   const Vec3& water_angular_impulse(int b) const;
   void reset_water_impulses();

@@ -35,11 +35,13 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids) {
   Array3<double> open_cell(g.nx, g.ny, g.nz);
-  for (std::size_t n = 0; n < open_cell.size(); ++n) open_cell[n] = std::clamp(1.0 - solids.cell[n], 0.0, 1.0);
+  for (std::size_t n = 0; n < open_cell.size(); ++n)
+    open_cell[n] = std::clamp(1.0 - solids.cell[n], 0.0, 1.0);
   return water_volume(g, phi, &open_cell);
 }
 
-double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid, const Coupling& coupling) {
+double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid,
+                             const Coupling& coupling) {
   const Grid& g = o.grid;
   double sum = 0.0;
   for (int side = 0; side < 6; ++side) {
@@ -50,17 +52,19 @@ double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid
     for (f[c] = 0; f[c] < g.size(c); ++f[c])
       for (f[b] = 0; f[b] < g.size(b); ++f[b])
         if (coupling.valid()[axis](f[0], f[1], f[2]) == 1)
-          sum += (side % 2 ? 1.0 : -1.0) * coupling.open()[axis](f[0], f[1], f[2]) * fluid.u[axis](f[0], f[1], f[2]);
+          sum += (side % 2 ? 1.0 : -1.0) * coupling.open()[axis](f[0], f[1], f[2]) *
+                 fluid.u[axis](f[0], f[1], f[2]);
   }
   return sum * g.dx * g.dx;
 }
 
-void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, const Coupling& coupling,
-                          StepReport& r) {
+void add_water_statistics(const SimulationOptions& o, const FluidState& fluid,
+                          const Coupling& coupling, StepReport& r) {
   const Grid& g = o.grid;
   r.water_volume = water_volume(g, fluid.phi, coupling.solids());
 
-  // rho dx^3 w u over the faces between water cells; plane by plane so that threads do not change the sums
+  // rho dx^3 w u over the faces between water cells; plane by plane so that threads do not change
+  // the sums
   const double mass = o.water_density * g.dx * g.dx * g.dx;
   for (int a = 0; a < 3; ++a) {
     const Array3<double>&u = fluid.u[a], &w = coupling.open()[a];
@@ -69,8 +73,10 @@ void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, c
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < u.nz(); ++k)
       for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k) + u.index(0, 0, 1); ++n)
-        if (solved[n] == 1) momentum[k] += mass * w[n] * u[n], energy[k] += 0.5 * mass * w[n] * u[n] * u[n];
-    for (int k = 0; k < u.nz(); ++k) r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
+        if (solved[n] == 1)
+          momentum[k] += mass * w[n] * u[n], energy[k] += 0.5 * mass * w[n] * u[n] * u[n];
+    for (int k = 0; k < u.nz(); ++k)
+      r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
   }
   std::vector<double> potential(g.nz, 0.0);
 #pragma omp parallel for schedule(static)
@@ -86,7 +92,8 @@ void add_water_statistics(const SimulationOptions& o, const FluidState& fluid, c
 }
 
 double largest_surface_speed(const ReducedBody& body) {
-  const ConfigurationTerms terms = configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
   const Archetype& a = *body.archetype;
   const Mat3 R = body.rotation.toRotationMatrix();
   const Vec3 spin = R.transpose() * frame_spin(terms, body.L, body.q_dot);
@@ -109,10 +116,12 @@ double largest_surface_speed(const ReducedBody& body) {
 void demand_finite(const std::vector<ReducedBody>& bodies, const StepReport& r) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const ReducedBody& body = bodies[b];
-    const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() && body.P.allFinite() &&
-                        body.L.allFinite() && body.q.allFinite() && body.q_dot.allFinite();
+    const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() &&
+                        body.P.allFinite() && body.L.allFinite() && body.q.allFinite() &&
+                        body.q_dot.allFinite();
     if (!finite)
-      throw NumericsError("body " + std::to_string(b) + " is no longer finite at t = " + std::to_string(r.t) + " s");
+      throw NumericsError("body " + std::to_string(b) +
+                          " is no longer finite at t = " + std::to_string(r.t) + " s");
   }
   if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
     throw NumericsError("the water is no longer finite at t = " + std::to_string(r.t) + " s");

@@ -15,7 +15,8 @@ void add_water_statistics(const SimulationOptions& options, const FluidState& fl
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids);
 
 /// Water that leaves through the open sides of the tank, m^3/s.
-double outflow_through_sides(const SimulationOptions& options, const FluidState& fluid, const Coupling& coupling);
+double outflow_through_sides(const SimulationOptions& options, const FluidState& fluid,
+                             const Coupling& coupling);
 
 /// Largest |velocity| of a surface vertex, m/s.
 double largest_surface_speed(const ReducedBody& body);

@@ -39,7 +39,6 @@ VecX ConstrainedMass::project(const VecX& y) const {
   return y + response_ * impulses(y);
 }
 
-
 std::vector<int> pressing_rows(const GeneralisedMass& H, const MatX& rows, const VecX& y,
                                const VecX& target) {
   constexpr double kStill = 1e-12;  // of the largest speed at the points

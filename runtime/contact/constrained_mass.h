@@ -23,7 +23,8 @@ namespace archetide {
 /// of the largest count as zero, and the impulses are the least ones.
 class ConstrainedMass {
  public:
-  /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating speeds at the points, m/s; empty: zero.
+  /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating
+  /// speeds at the points, m/s; empty: zero.
   ConstrainedMass(const MatX& inverse_mass, MatX rows, VecX target = VecX());
 
   const MatX& rows() const { return rows_; }

@@ -13,7 +13,8 @@ struct CellBox {
   Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
   std::size_t index(const Vec3i& c) const {
     const Vec3i d = c - low;
-    return d[0] + static_cast<std::size_t>(size[0]) * (d[1] + static_cast<std::size_t>(size[1]) * d[2]);
+    return d[0] +
+           static_cast<std::size_t>(size[0]) * (d[1] + static_cast<std::size_t>(size[1]) * d[2]);
   }
   std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
 };
@@ -24,7 +25,8 @@ CellBox cell_box(const Grid& g, const std::vector<Vec3>& points) {
   CellBox box;
   for (int a = 0; a < 3; ++a) {
     const auto cell = [&](double x) {
-      return static_cast<int>(std::floor(std::clamp((x - g.origin[a]) / g.dx, -1.0, double(g.size(a)))));
+      return static_cast<int>(
+          std::floor(std::clamp((x - g.origin[a]) / g.dx, -1.0, double(g.size(a)))));
     };
     box.low[a] = cell(lo[a]);
     box.size[a] = cell(hi[a]) - box.low[a] + 1;
@@ -38,8 +40,8 @@ struct CellMoments {
   double moment_x = 0.0;     // integral of (x - cell centre) n_x
 };
 
-// Area fractions by the divergence theorem: along each axis the solid fraction of a face is that of the previous
-// face minus the surface's projected area in the cell between them.
+// Area fractions by the divergence theorem: along each axis the solid fraction of a face is that of
+// the previous face minus the surface's projected area in the cell between them.
 void sweep_fractions(const Grid& g, const CellBox& box, const std::vector<CellMoments>& moments,
                      SolidFractions& fractions) {
   constexpr double kSnap = 1e-12;  // round-off of the sums; measured below 1e-13 on 24k triangles
@@ -90,7 +92,8 @@ void add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
   const CellBox box = cell_box(g, points);
   std::vector<CellMoments> moments(box.count());
   for (const Vec3i& t : triangles) {
-    const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]), to_grid(g, points[t[2]])};
+    const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
+                       to_grid(g, points[t[2]])};
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
       CellMoments& m = moments[box.index(cell)];
@@ -108,11 +111,14 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
   std::vector<CellMoments> moments(box.count());
   std::vector<int> slot_of(box.count(), -1);
   std::vector<Vec3i> cells;
-  std::vector<double> columns;  // (6 + r) per cell: rigid columns in world axes, raw modes phi_i . n
+  std::vector<double>
+      columns;  // (6 + r) per cell: rigid columns in world axes, raw modes phi_i . n
 
-  // Raw fluxes: every quantity is linear on a piece, so its value at the centroid times the area is exact.
+  // Raw fluxes: every quantity is linear on a piece, so its value at the centroid times the area is
+  // exact.
   for (const Vec3i& t : archetype.surface.triangles) {
-    const Vec3 x[3] = {to_grid(g, s.points[t[0]]), to_grid(g, s.points[t[1]]), to_grid(g, s.points[t[2]])};
+    const Vec3 x[3] = {to_grid(g, s.points[t[0]]), to_grid(g, s.points[t[1]]),
+                       to_grid(g, s.points[t[2]])};
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
       const Vec3 at = w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
@@ -127,7 +133,7 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
         columns.resize(columns.size() + 6 + r, 0.0);
       }
       double* column = columns.data() + static_cast<std::size_t>(slot_of[n]) * (6 + r);
-      const Vec3 a = area * (g.dx * g.dx);                       // m^2
+      const Vec3 a = area * (g.dx * g.dx);                             // m^2
       const Vec3 torque = (g.origin + g.dx * at - s.centre).cross(a);  // (w x x) . a = w . (x x a)
       for (int d = 0; d < 3; ++d) column[d] += a[d], column[3 + d] += torque[d];
       const Vec3 a_body = s.R.transpose() * a;
@@ -150,7 +156,8 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
   f.flux.bottomRows(r).noalias() -= s.terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
   f.cell.reserve(cells.size());
   for (const Vec3i& c : cells)
-    f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) * (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
+    f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
+                                (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
   return f;
 }
 

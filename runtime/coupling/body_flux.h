@@ -9,10 +9,11 @@
 
 namespace archetide {
 
-/// F of one body (formulation sections 3 and 4): the volume flux that each generalised velocity pushes into each
-/// cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over (surface within the cell) of v . n, exact for the
-/// polyhedral surface, so that a uniform or rigid motion obeys the discrete divergence theorem to round-off and
-/// volume-changing modes need no extra term. Voxel: F = G^T W^T Q on constraint faces.
+/// F of one body (formulation sections 3 and 4): the volume flux that each generalised velocity
+/// pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over (surface within
+/// the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid motion obeys
+/// the discrete divergence theorem to round-off and volume-changing modes need no extra term.
+/// Voxel: F = G^T W^T Q on constraint faces.
 struct BodyFlux {
   std::vector<std::int64_t> cell;  // m, index into the grid
   MatX flux;                       // (6 + r) x m
@@ -21,10 +22,10 @@ struct BodyFlux {
 /// The deformed surface of one body at one configuration, and what the coupling reads of it.
 struct BodySurface {
   const ReducedBody* body = nullptr;
-  ConfigurationTerms terms;   // at this configuration
-  Mat3 R;                     // rest frame to world
-  Vec3 centre;                // centre of mass, m
-  std::vector<Vec3> points;   // ns, world, m
+  ConfigurationTerms terms;  // at this configuration
+  Mat3 R;                    // rest frame to world
+  Vec3 centre;               // centre of mass, m
+  std::vector<Vec3> points;  // ns, world, m
 };
 BodySurface body_surface(const ReducedBody& body, ModalMass mass);
 
@@ -41,7 +42,8 @@ void add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
 /// Cut cells: F of the body's surface; adds its fractions.
 BodyFlux cut_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions);
 
-/// 3 x (6 + r) velocity of the point with rest-triangle weights `bary` per unit y: [1, -[x]x, B] at moment arm x.
+/// 3 x (6 + r) velocity of the point with rest-triangle weights `bary` per unit y: [1, -[x]x, B] at
+/// moment arm x.
 MatX interpolated_jacobian(const BodySurface& surface, int triangle, const Vec3& bary);
 
 }  // namespace archetide

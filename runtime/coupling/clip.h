@@ -12,7 +12,8 @@ namespace archetide {
 /// A convex polygon cut out of a triangle: corners in grid coordinates (cells) with the triangle's
 /// barycentric weights, so that anything linear on the triangle is known at every corner.
 struct ClipPolygon {
-  static constexpr int kMaxCorners = 12;  // 3 + one for each of the six cell planes + splits by the interface
+  static constexpr int kMaxCorners =
+      12;  // 3 + one for each of the six cell planes + splits by the interface
   struct Corner {
     Vec3 x;     // grid coordinates, (world - origin) / dx
     Vec3 bary;  // weights of the triangle's vertices, sum 1
@@ -43,16 +44,18 @@ void clip_polygon(const ClipPolygon& in, const Distance& distance, ClipPolygon& 
   if (out.n < 3) out.n = 0;
 }
 
-/// Splits the triangle x[0..2] (grid coordinates) along the cell planes and calls visit(cell, polygon) for each
-/// piece. Cells beyond the grid are clamped to the layer just outside ([-1, n] along each axis), where only
-/// the sum of the pieces matters.
+/// Splits the triangle x[0..2] (grid coordinates) along the cell planes and calls visit(cell,
+/// polygon) for each piece. Cells beyond the grid are clamped to the layer just outside ([-1, n]
+/// along each axis), where only the sum of the pieces matters.
 template <class Visit>
 void for_each_piece(const Grid& g, const Vec3 x[3], const Visit& visit) {
   int low[3], high[3];
   for (int a = 0; a < 3; ++a) {
-    const double lo = std::min({x[0][a], x[1][a], x[2][a]}), hi = std::max({x[0][a], x[1][a], x[2][a]});
+    const double lo = std::min({x[0][a], x[1][a], x[2][a]}),
+                 hi = std::max({x[0][a], x[1][a], x[2][a]});
     const auto cell = [&](double s) {
-      return static_cast<int>(std::floor(std::min(std::max(s, -1.0), static_cast<double>(g.size(a)))));
+      return static_cast<int>(
+          std::floor(std::min(std::max(s, -1.0), static_cast<double>(g.size(a)))));
     };
     low[a] = cell(lo), high[a] = cell(hi);
   }
@@ -68,11 +71,13 @@ void for_each_piece(const Grid& g, const Vec3 x[3], const Visit& visit) {
     ClipPolygon half;
     const ClipPolygon* from = &in;
     if (cell > low[axis]) {
-      clip_polygon(in, [&](const auto& c) { return cell - c.x[axis]; }, half);
+      clip_polygon(
+          in, [&](const auto& c) { return cell - c.x[axis]; }, half);
       from = &half;
     }
     if (cell < high[axis])
-      clip_polygon(*from, [&](const auto& c) { return c.x[axis] - (cell + 1); }, out);
+      clip_polygon(
+          *from, [&](const auto& c) { return c.x[axis] - (cell + 1); }, out);
     else
       out = *from;
   };

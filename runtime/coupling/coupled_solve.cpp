@@ -30,8 +30,9 @@ double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int 
          w[2](i, j, k + 1) * u[2](i, j, k + 1) - w[2](i, j, k) * u[2](i, j, k);
 }
 
-// Through a smaller opening the flux is right but the velocity is not (measured beside a falling torus: up to 400 m/s
-// through 1e-5 of a face, where water and body moved at 2 m/s); it is taken from the faces around instead.
+// Through a smaller opening the flux is right but the velocity is not (measured beside a falling
+// torus: up to 400 m/s through 1e-5 of a face, where water and body moved at 2 m/s); it is taken
+// from the faces around instead.
 constexpr double kTrustedOpening = 0.5;
 
 // u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
@@ -58,10 +59,13 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
           if (high_water && low_water) {
             v[f] -= x(i, j, k) - x(low[0], low[1], low[2]);
           } else if (low_water) {
-            const SurfaceFace face = surface_face(g, s.surface, s.matrix.w, s.hydrostatics, low, axis, 1);
-            v[f] -= (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
+            const SurfaceFace face =
+                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, low, axis, 1);
+            v[f] -=
+                (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
           } else {
-            const SurfaceFace face = surface_face(g, s.surface, s.matrix.w, s.hydrostatics, high, axis, -1);
+            const SurfaceFace face =
+                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, high, axis, -1);
             v[f] -= (x(i, j, k) - to_phi * (face.value - s.surface_mean)) / face.theta;
           }
         }
@@ -95,7 +99,8 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
     body.flux.resize(f.flux.rows(), f.flux.cols());
     for (std::size_t m = 0; m < f.cell.size(); ++m) {
       if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
-      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) = f.flux.col(static_cast<Eigen::Index>(m)) / area;
+      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
+          f.flux.col(static_cast<Eigen::Index>(m)) / area;
       body.cell.push_back(f.cell[m]);
     }
     body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
@@ -122,7 +127,10 @@ void CoupledOperator::setup_closed_regions() {
       closed_.add_constant(c, one, indicator.data());
       sums.col(c) = gather(b, indicator.data());
       closed_.add_constant(c, -one, indicator.data());
-      scale = std::max(scale, one * one * (body.flux.transpose() * body.inverse_mass).cwiseProduct(body.flux.transpose()).sum());
+      scale = std::max(scale, one * one *
+                                  (body.flux.transpose() * body.inverse_mass)
+                                      .cwiseProduct(body.flux.transpose())
+                                      .sum());
     }
     G.noalias() += sums.transpose() * body.inverse_mass * sums;
   }
@@ -157,7 +165,8 @@ void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
 
 void CoupledOperator::apply(const double* x, double* y) const {
   water_.apply(x, y);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
 }
 
 void CoupledOperator::project(double* v) const {
@@ -181,15 +190,17 @@ void CoupledOperator::add_closed_correction(const double* r, double* z) const {
 }
 
 SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
-                                 std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
-                                 MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure) {
+                                 std::vector<CoupledBody>& bodies,
+                                 const CoupledSolveOptions& options, MacField& u,
+                                 FaceField<unsigned char>& valid, Array3<double>& pressure) {
   if (s.unknowns == 0) return without_water(bodies, valid);
   const auto start = std::chrono::steady_clock::now();
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies);
   multigrid_.setup(operator_.water(), &operator_.closed());
 
-  // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated on.
+  // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
+  // on.
   rhs_.assign(operator_.size(), 0.0);
   std::vector<double>& ones = rhs_;
   for (std::size_t n = 0; n < ones.size(); ++n) ones[n] = s.matrix.kind[n] == CellKind::kUnknown;
@@ -212,15 +223,18 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
       }
   for (std::size_t b = 0; b < bodies.size(); ++b) operator_.scatter(b, bodies[b].y, rhs_.data());
 
-  // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not iterated on.
+  // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
+  // iterated on.
   const double head = s.hydrostatics.gravity.norm() * g.dx * std::max({g.nx, g.ny, g.nz});
   PcgOptions pcg_options;
   pcg_options.tolerance = options.tolerance;
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
   CoupledPreconditioner preconditioner(operator_, multigrid_);
-  const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  SolveReport report = pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
+  const double setup =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  SolveReport report =
+      pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
   report.setup_seconds = setup;
 
   // Pressure to bodies and water.
@@ -236,7 +250,8 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
 
 std::size_t CoupledSolver::bytes() const {
   const PcgWorkspace& w = workspace_;
-  return multigrid_.bytes() + sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size());
+  return multigrid_.bytes() +
+         sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size());
 }
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,

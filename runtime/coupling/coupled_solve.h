@@ -13,7 +13,8 @@ namespace archetide {
 /// One body inside a coupled solve: in its flux, its mass and uncoupled velocity; out its velocity.
 struct CoupledBody {
   BodyFlux flux;      // F; columns of cells without an unknown are ignored
-  MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form (contact, joints): symmetric, semi-definite
+  MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form (contact, joints): symmetric,
+                      // semi-definite
   VecX y_star;        // 6 + r, velocity without the dynamic pressure
   VecX y;             // result: y* - H^-1 F^T dt p'
   VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
@@ -58,18 +59,19 @@ class CoupledOperator {
   PoissonOperator water_;
   ClosedComponents closed_;
   std::vector<Body> bodies_;
-  MatX null_vectors_;     // closed regions x null directions
-  MatX closed_inverse_;   // (E^T A E)^+, E normalised
+  MatX null_vectors_;    // closed regions x null directions
+  MatX closed_inverse_;  // (E^T A E)^+, E normalised
 };
 
 /// Solves for the pressure that makes water and bodies agree, and applies it to both.
 class CoupledSolver {
  public:
-  /// `u` holds u* and receives u on the faces of unknown cells with an opening. valid = 1 on those of them
-  /// whose opening is large enough for the velocity to mean something, 0 elsewhere. `pressure` (phi = dt p'/(rho dx) minus its surface mean) is the first guess and the result.
+  /// `u` holds u* and receives u on the faces of unknown cells with an opening. valid = 1 on those
+  /// of them whose opening is large enough for the velocity to mean something, 0 elsewhere.
+  /// `pressure` (phi = dt p'/(rho dx) minus its surface mean) is the first guess and the result.
   SolveReport solve(const Grid& g, const PressureSystem& system, double dt,
-                    std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options, MacField& u,
-                    FaceField<unsigned char>& valid, Array3<double>& pressure);
+                    std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
+                    MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure);
 
   std::size_t bytes() const;
 

@@ -7,13 +7,16 @@
 namespace archetide {
 namespace {
 
-double stage_seconds(Stage stage, double dt) { return stage == Stage::kPositionHalf ? 0.5 * dt : dt; }
+double stage_seconds(Stage stage, double dt) {
+  return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+}
 
 }  // namespace
 
 Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles)
     : options_(options) {
   const Grid& g = options_.grid;
+  if (g.cells() == 0) return;  // no tank: nothing to couple
   obstacles_.face.resize(g, 0.0);
   obstacles_.cell.resize(g.nx, g.ny, g.nz, 0.0);
   for (const TriMesh& m : obstacles) {
@@ -57,15 +60,17 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   fill_open_fractions();
 }
 
-// Uncoupled motion of one body under its weight and the hydrostatic part of the water's pressure, its F and H^-1.
-void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
-                          CoupledBody& c, StageResult& out) {
+// Uncoupled motion of one body under its weight and the hydrostatic part of the water's pressure,
+// its F and H^-1.
+void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
+                          const MacField& u, CoupledBody& c, StageResult& out) {
   const ReducedBody& body = *in.body;
   const double h = stage_seconds(stage, dt);
   VecX weight = VecX::Zero(body.dofs()), hydro = weight;
-  weight.head<3>() = body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
+  weight.head<3>() =
+      body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
   if (wet()) {
-    const auto& mid = in.mid_points.empty() ? surfaces_[b].points : in.mid_points;
+    const auto& mid = in.read_points.empty() ? surfaces_[b].points : in.read_points;
     hydro = hydrostatic_force(options_.grid, surfaces_[b], mid, system_);
   }
   const VecX force = weight + hydro;
@@ -87,8 +92,10 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
     c.flux = std::move(fluxes_[b]);
     return;
   }
-  // (H + Q^T b Q) y = H y* + Q^T b u*: the paper's faces carry their dual cell's water with the body.
-  VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(), options_.hydrostatics.density, u, is_water_);
+  // (H + Q^T b Q) y = H y* + Q^T b u*: the paper's faces carry their dual cell's water with the
+  // body.
+  VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(),
+                                   options_.hydrostatics.density, u, is_water_);
   const MatX H = out.motion.H.dense();
   const Eigen::LDLT<MatX> factor(H + v.fluid_mass);
   c.flux = std::move(v.flux);
@@ -96,10 +103,11 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   c.inverse_mass = factor.solve(MatX::Identity(body.dofs(), body.dofs()));
 }
 
-// The coupled solve with bodies held at walls. A wall may push but not pull: the points that press are found again
-// from the solution's pressure, and the solve repeated until they do not change.
-SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
-                                 std::vector<CoupledBody>& coupled, std::vector<StageResult>& results) {
+// The coupled solve with bodies held at walls. A wall may push but not pull: the points that press
+// are found again from the solution's pressure, and the solve repeated until they do not change.
+SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies,
+                                 MacField& u, std::vector<CoupledBody>& coupled,
+                                 std::vector<StageResult>& results) {
   const std::vector<CoupledBody> unheld = coupled;
   const std::size_t n = bodies.size();
   std::vector<MatX> rows(n), tangents(n);
@@ -109,7 +117,8 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     const StageContacts& contacts = results[b].contacts;
     if (contacts.points.empty()) continue;
     const ReducedBody& body = *bodies[b].body;
-    const ConfigurationTerms here = configuration_terms(body, current_configuration(body), options_.modal.mass);
+    const ConfigurationTerms here =
+        configuration_terms(body, current_configuration(body), options_.modal.mass);
     rows[b] = contact_rows(body, here, contacts.points);
     tangents[b] = tangent_rows(body, here, contacts.points);
     pressing[b] = pressing_rows(results[b].motion.H, rows[b], unheld[b].y_star, contacts.target);
@@ -128,8 +137,9 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
       coupled[b].y_star = held.project(unheld[b].y_star);
     }
     if (round > 0) u = u_star;
-    const SolveReport r = solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve,
-                                        u, valid_, pressure_[stage == Stage::kVelocityFull]);
+    const SolveReport r =
+        solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve, u,
+                      valid_, pressure_[stage == Stage::kVelocityFull]);
     total.iterations += r.iterations;
     total.residual = r.residual;
     total.converged = r.converged;
@@ -150,8 +160,8 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
   for (std::size_t b = 0; b < n; ++b) {
     if (rows[b].rows() == 0) continue;
     coupled[b].y = unheld[b].y_star + unheld[b].inverse_mass * coupled[b].impulse;
-    push_apart(results[b].motion.H, rows[b], tangents[b], results[b].contacts.target, options_.walls.friction,
-               coupled[b].y);
+    push_apart(results[b].motion.H, rows[b], tangents[b], results[b].contacts.target,
+               options_.walls.friction, coupled[b].y);
   }
   return total;
 }
@@ -188,7 +198,8 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   const SolveReport report = solve_held(stage, dt, bodies, u, coupled, results);
   if (wet()) set_constraint_faces(coupled, u);
 
-  // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and wall.
+  // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and
+  // wall.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;

@@ -10,7 +10,10 @@
 
 namespace archetide {
 
-enum class Geometry { kCutCell, kVoxel };  // area fractions of the deformed surface, or the paper's voxel faces
+enum class Geometry {
+  kCutCell,
+  kVoxel
+};  // area fractions of the deformed surface, or the paper's voxel faces
 
 struct CouplingOptions {
   Grid grid;
@@ -20,48 +23,54 @@ struct CouplingOptions {
   Geometry geometry = Geometry::kCutCell;
   ModalOptions modal;
   CoupledSolveOptions solve;
-  WallContactOptions walls;                    // dt is set by each stage
+  WallContactOptions walls;  // dt is set by each stage
 };
 
 /// One body entering a coupled solve of one stage.
 struct StageBody {
   const ReducedBody* body = nullptr;
-  Configuration at;                      // where inertia and fictitious forces are read
-  std::vector<Vec3> mid_points;          // surface at mid-time; empty: as it stands
-  bool near_wall = false;                // position stage: look for walls that the step would reach
-  StageContacts held;                    // velocity stage: points that contact has found
+  Configuration at;               // where inertia and fictitious forces are read
+  std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
+  bool near_wall = false;         // position stage: look for walls that the step would reach
+  StageContacts held;             // velocity stage: points that contact has found
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
 struct StageResult {
   FreeMotion motion;
-  VecX y;                                       // 6 + r, velocity after the stage
-  Vec3 delta_P = Vec3::Zero(), delta_L = Vec3::Zero();   // N s, N m s
-  VecX water_impulse;                           // 6 + r, of that what the water gave
-  StageContacts contacts;                       // points that walls held, and their speeds
+  VecX y;                                               // 6 + r, velocity after the stage
+  Vec3 delta_P = Vec3::Zero(), delta_L = Vec3::Zero();  // N s, N m s
+  VecX water_impulse;                                   // 6 + r, of that what the water gave
+  StageContacts contacts;                               // points that walls held, and their speeds
 };
 
-/// "couple" of the method: geometry of this configuration (fractions, F, H) -> right-hand side -> PCG on
-/// A = G^T w b^-1 G + F H^-1 F^T -> velocities of water and bodies. What a scene lacks is an empty set.
+/// "couple" of the method: geometry of this configuration (fractions, F, H) -> right-hand side ->
+/// PCG on A = G^T w b^-1 G + F H^-1 F^T -> velocities of water and bodies. What a scene lacks is an
+/// empty set.
 class Coupling {
  public:
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles);
 
-  /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u* in, u out.
-  SolveReport couple(Stage stage, double dt, const FreeSurface& surface, const std::vector<StageBody>& bodies,
-                     MacField& u, std::vector<StageResult>& results);
+  /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
+  /// in, u out.
+  SolveReport couple(Stage stage, double dt, const FreeSurface& surface,
+                     const std::vector<StageBody>& bodies, MacField& u,
+                     std::vector<StageResult>& results);
 
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
 
-  /// Of the last solve: faces whose velocity was solved for, open fractions of faces, solid fraction of cells.
+  /// Of the last solve: faces whose velocity was solved for, open fractions of faces, solid
+  /// fraction of cells.
   FaceField<unsigned char>& valid() { return valid_; }
   const FaceField<unsigned char>& valid() const { return valid_; }
   const FaceField<double>& open() const { return open_; }
   const SolidFractions& solids() const { return solids_; }
   const PressureSystem& system() const { return system_; }
   /// phi = dt p' / (rho dx) less its surface mean, of the last solve of a stage, m/s.
-  const Array3<double>& last_pressure(Stage stage) const { return pressure_[stage == Stage::kVelocityFull]; }
+  const Array3<double>& last_pressure(Stage stage) const {
+    return pressure_[stage == Stage::kVelocityFull];
+  }
   double last_divergence() const { return divergence_; }  // 1/s
   std::size_t bytes() const;
 
@@ -79,12 +88,12 @@ class Coupling {
   FaceField<double> open_;
   FaceField<unsigned char> valid_;
   std::vector<BodySurface> surfaces_;
-  std::vector<BodyFlux> fluxes_;       // cut cells
-  std::vector<VoxelBody> voxels_;      // voxel
-  Array3<unsigned char> is_water_;     // cells with an unknown
+  std::vector<BodyFlux> fluxes_;    // cut cells
+  std::vector<VoxelBody> voxels_;   // voxel
+  Array3<unsigned char> is_water_;  // cells with an unknown
   PressureSystem system_;
   CoupledSolver solver_;
-  Array3<double> pressure_[2];         // first guess of each stage
+  Array3<double> pressure_[2];  // first guess of each stage
   double divergence_ = 0.0;
 };
 

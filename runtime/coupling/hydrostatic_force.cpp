@@ -7,7 +7,8 @@
 namespace archetide {
 namespace {
 
-// Accumulates -integral h v . n for polygons of one triangle, v = 1, e x (x - t) and the modes, all linear.
+// Accumulates -integral h v . n for polygons of one triangle, v = 1, e x (x - t) and the modes, all
+// linear.
 class TriangleForce {
  public:
   TriangleForce(const BodySurface& s, VecX& force) : s_(s), force_(force), phi_n_(3, s.body->r) {}
@@ -25,8 +26,8 @@ class TriangleForce {
     return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
   }
 
-  // Triangle of corners with weights w[0..2] and values h[0..2]: the product of two linear functions integrates to
-  // area / 12 (sum h_a v_a + sum h sum v).
+  // Triangle of corners with weights w[0..2] and values h[0..2]: the product of two linear
+  // functions integrates to area / 12 (sum h_a v_a + sum h sum v).
   void add(const Vec3 w[3], const double h[3]) {
     const Vec3 x[3] = {at(w[0]), at(w[1]), at(w[2])};
     const double area = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).dot(normal_);
@@ -51,7 +52,7 @@ enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 
 }  // namespace
 
-VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& mid_points,
+VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
                        const PressureSystem& water) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
@@ -76,14 +77,17 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
 
   for (const Vec3i& t : s.body->archetype->surface.triangles) {
     triangle.start(t);
-    const Vec3 mid[3] = {mid_points[t[0]], mid_points[t[1]], mid_points[t[2]]};
-    const auto mid_at = [&](const Vec3& w) { return Vec3(w[0] * mid[0] + w[1] * mid[1] + w[2] * mid[2]); };
+    const Vec3 read[3] = {read_points[t[0]], read_points[t[1]], read_points[t[2]]};
+    const auto read_at = [&](const Vec3& w) {
+      return Vec3(w[0] * read[0] + w[1] * read[1] + w[2] * read[2]);
+    };
     Vec3 x[3];
     for (int v = 0; v < 3; ++v) x[v] = (s.points[t[v]] - g.origin) / g.dx;
     if (is_deep(x)) {
       const Vec3 w[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
-      const double h[3] = {rho_g.dot(mid[0] - hydro.reference), rho_g.dot(mid[1] - hydro.reference),
-                           rho_g.dot(mid[2] - hydro.reference)};
+      const double h[3] = {rho_g.dot(read[0] - hydro.reference),
+                           rho_g.dot(read[1] - hydro.reference),
+                           rho_g.dot(read[2] - hydro.reference)};
       triangle.add(w, h);
       continue;
     }
@@ -93,19 +97,25 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
-      const Vec3 drift = free.carrier ? Vec3(free.shift * interpolate(g, *free.carrier, centroid)) : Vec3::Zero();
+      const Vec3 drift =
+          free.carrier ? Vec3(free.shift * interpolate(g, *free.carrier, centroid)) : Vec3::Zero();
       ClipPolygon part;
       for (const bool wet : {true, false}) {
-        const Pressure kind_of_h = wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
-                                       : (unknown ? Pressure::kInterface : Pressure::kNone);
+        const Pressure kind_of_h =
+            wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
+                : (unknown ? Pressure::kInterface : Pressure::kNone);
         if (kind_of_h == Pressure::kNone) continue;
-        clip_polygon(piece, [&](const auto& c) {
-          const double d = level(triangle.at(c.bary));
-          return wet ? d : -d;
-        }, part);
+        clip_polygon(
+            piece,
+            [&](const auto& c) {
+              const double d = level(triangle.at(c.bary));
+              return wet ? d : -d;
+            },
+            part);
         const auto h_at = [&](const Vec3& bary) {
           const Vec3 at = triangle.at(bary), to_interface = level(at) * up;
-          if (kind_of_h == Pressure::kFromReference) return rho_g.dot(mid_at(bary) - hydro.reference);
+          if (kind_of_h == Pressure::kFromReference)
+            return rho_g.dot(read_at(bary) - hydro.reference);
           if (kind_of_h == Pressure::kUnderInterface) return rho_g.dot(to_interface);
           return rho_g.dot(at - to_interface - drift - hydro.reference);
         };

@@ -21,7 +21,8 @@ double face_value(const FaceField<double>& f, const Vec3i& c, int axis, int sign
   return f[axis](n[0], n[1], n[2]);
 }
 
-CellKind classify(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
+CellKind classify(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                  const Vec3i& c) {
   double w = 0.0;
   for (int a = 0; a < 3; ++a) w += face_value(open, c, a, -1) + face_value(open, c, a, 1);
   constexpr double kClosed = 1e-9;  // a cell whose openings are round-off holds no water
@@ -37,10 +38,11 @@ struct PlaneSums {
 
 }  // namespace
 
-WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& c) {
+WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                   const Vec3i& c) {
   WetPoint p{g.cell_centre(c[0], c[1], c[2]), phi(c[0], c[1], c[2])};
-  // Mean opening of the six faces and its imbalance, the direction in which the water lies. A closed side of
-  // the tank is no solid: it counts like the face opposite to it.
+  // Mean opening of the six faces and its imbalance, the direction in which the water lies. A
+  // closed side of the tank is no solid: it counts like the face opposite to it.
   Vec3 towards;
   double mean = 0.0;
   for (int a = 0; a < 3; ++a) {
@@ -73,9 +75,9 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
   return {std::max(theta, kThetaMin), hydrostatics.surface_value(point)};
 }
 
-void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
-                              const Sides& open_side, const Hydrostatics& hydrostatics,
-                              PressureSystem& s) {
+void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
+                              const FaceField<double>& open, const Sides& open_side,
+                              const Hydrostatics& hydrostatics, PressureSystem& s) {
   s.surface = surface;
   s.hydrostatics = hydrostatics;
   PoissonMatrix& A = s.matrix;
@@ -92,7 +94,8 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const F
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) A.kind(i, j, k) = classify(g, *surface.phi, open, Vec3i(i, j, k));
+      for (int i = 0; i < g.nx; ++i)
+        A.kind(i, j, k) = classify(g, *surface.phi, open, Vec3i(i, j, k));
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
   std::vector<PlaneSums> sums(g.nz);
@@ -127,7 +130,8 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const F
   s.unknowns = 0;
   for (const PlaneSums& p : sums) total += p.value, faces += p.faces, s.unknowns += p.unknowns;
   s.surface_mean = faces ? total / static_cast<double>(faces) : 0.0;
-  for (std::size_t n = 0; n < A.size(); ++n) s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
+  for (std::size_t n = 0; n < A.size(); ++n)
+    s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
 }
 
 }  // namespace archetide

@@ -9,56 +9,63 @@ namespace archetide {
 /// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref)
 /// (formulation section 4b; g a vector, so the free surface carries p' = -rho g . (x_I - x_ref)).
 struct Hydrostatics {
-  double density = 1000.0;            // kg/m^3
-  Vec3 gravity = Vec3(0, 0, -9.81);   // m/s^2
-  Vec3 reference = Vec3::Zero();      // x_ref, m
+  double density = 1000.0;           // kg/m^3
+  Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
+  Vec3 reference = Vec3::Zero();     // x_ref, m
 
   /// p' of the free surface at x, divided by rho, m^2/s^2.
   double surface_value(const Vec3& x) const { return -gravity.dot(x - reference); }
 };
 
-/// The free surface as the pressure sees it. The interface may be read earlier in the step: its points are moved back by
-/// shift * carrier (half a step makes the restoring force second order in time; 0: where it stands).
+/// The free surface as the pressure sees it. The interface may be read earlier in the step: its
+/// points are moved back by shift * carrier (half a step makes the restoring force second order in
+/// time; 0: where it stands).
 struct FreeSurface {
   const Array3<double>* phi = nullptr;  // cells, m; continued into solids
   const MacField* carrier = nullptr;    // velocity that moved the interface, m/s; may be null
   double shift = 0.0;                   // s
 };
 
-/// The water part of the coupled system at one configuration, in units that make the matrix dimensionless: the
-/// unknown is phi = dt p' / (rho dx), m/s, and u = u* - difference(phi) / theta on every open face.
+/// The water part of the coupled system at one configuration, in units that make the matrix
+/// dimensionless: the unknown is phi = dt p' / (rho dx), m/s, and u = u* - difference(phi) / theta
+/// on every open face.
 struct PressureSystem {
   FreeSurface surface;
   Hydrostatics hydrostatics;
   PoissonMatrix matrix;
-  Array3<double> surface_rhs;     // per cell, sum over Dirichlet faces of w/theta (p'_I/rho - surface_mean), m^2/s^2
+  Array3<double> surface_rhs;     // per cell, sum over Dirichlet faces of w/theta (p'_I/rho -
+                                  // surface_mean), m^2/s^2
   Array3<double> surface_weight;  // per cell, sum over Dirichlet faces of w/theta
   double surface_mean = 0.0;      // mean over Dirichlet faces of p'_I / rho, m^2/s^2
   std::size_t unknowns = 0;
 };
 
-/// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell times its solid
-/// fraction. Beside a body the centre may lie inside the solid: asked there, pockets of a few per cent of a cell
-/// passed for air and swallowed water (measured: a heaving sphere lost 0.5 % of the tank in 2 s, 32^3).
+/// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell
+/// times its solid fraction. Beside a body the centre may lie inside the solid: asked there,
+/// pockets of a few per cent of a cell passed for air and swallowed water (measured: a heaving
+/// sphere lost 0.5 % of the tank in 2 s, 32^3).
 struct WetPoint {
   Vec3 x;      // m
   double phi;  // m
 };
-WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open, const Vec3i& cell);
+WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                   const Vec3i& cell);
 
-/// A face between water and a prescribed value: the interface crosses the segment of wet points at theta.
+/// A face between water and a prescribed value: the interface crosses the segment of wet points at
+/// theta.
 struct SurfaceFace {
   double theta;  // clamped to [kThetaMin, 1], cells
   double value;  // p'_I / rho, m^2/s^2 (at the unclamped crossing)
 };
 constexpr double kThetaMin = 1e-3;
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
-                         const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis, int sign);
+                         const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis,
+                         int sign);
 
-/// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the system. `open` are the open area
-/// fractions of all faces, 0 on closed sides of the tank.
-void assemble_pressure_system(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
-                              const Sides& open_side, const Hydrostatics& hydrostatics,
-                              PressureSystem& system);
+/// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
+/// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank.
+void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
+                              const FaceField<double>& open, const Sides& open_side,
+                              const Hydrostatics& hydrostatics, PressureSystem& system);
 
 }  // namespace archetide

@@ -7,8 +7,8 @@
 namespace archetide {
 namespace {
 
-// Rays go through cell centres moved by an irrational trifle, so that none meets an edge of a surface that is
-// aligned with the grid.
+// Rays go through cell centres moved by an irrational trifle, so that none meets an edge of a
+// surface that is aligned with the grid.
 constexpr double kRayShiftX = 1.4142135e-7, kRayShiftY = 1.7320508e-7;  // cells
 
 struct Crossing {
@@ -16,7 +16,8 @@ struct Crossing {
   int sign;  // -1 entering (normal down), +1 leaving
 };
 
-// Barycentric weights of the point of triangle (a, b, c) closest to p [Ericson, Real-Time Collision Detection, 5.1.5].
+// Barycentric weights of the point of triangle (a, b, c) closest to p [Ericson, Real-Time Collision
+// Detection, 5.1.5].
 Vec3 closest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp);
@@ -53,7 +54,8 @@ TriangleBuckets bucket_triangles(const Grid& g, const BodySurface& s) {
   return buckets;
 }
 
-// The surface crosses between the two cell centres, so the nearest point is within half a cell of the face.
+// The surface crosses between the two cell centres, so the nearest point is within half a cell of
+// the face.
 void find_nearest_point(const Grid& g, const BodySurface& s, const TriangleBuckets& buckets,
                         ConstraintFace& f) {
   const Vec3 x = g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]);
@@ -84,7 +86,8 @@ std::vector<Vec3i> cells_inside(const Grid& g, const std::vector<Vec3>& points,
     const Vec3 normal = (x[1] - x[0]).cross(x[2] - x[0]);
     if (normal[2] == 0.0) continue;
     const auto range = [&](int a, int n) {
-      const double lo = std::min({x[0][a], x[1][a], x[2][a]}), hi = std::max({x[0][a], x[1][a], x[2][a]});
+      const double lo = std::min({x[0][a], x[1][a], x[2][a]}),
+                   hi = std::max({x[0][a], x[1][a], x[2][a]});
       return std::pair(static_cast<int>(std::ceil(std::max(lo, 0.0) - 0.51)),
                        std::min(static_cast<int>(std::floor(std::min(hi, n + 1.0) - 0.49)), n - 1));
     };
@@ -100,18 +103,21 @@ std::vector<Vec3i> cells_inside(const Grid& g, const std::vector<Vec3>& points,
           in = normal[2] > 0 ? side > 0 : side < 0;
         }
         if (!in) continue;
-        const double z = x[0][2] - (normal[0] * (px - x[0][0]) + normal[1] * (py - x[0][1])) / normal[2];
+        const double z =
+            x[0][2] - (normal[0] * (px - x[0][0]) + normal[1] * (py - x[0][1])) / normal[2];
         columns[{j, i}].push_back({z, normal[2] > 0 ? 1 : -1});
       }
   }
   std::vector<Vec3i> inside;
   for (auto& [column, crossings] : columns) {
-    std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) { return a.z < b.z; });
+    std::sort(crossings.begin(), crossings.end(),
+              [](const Crossing& a, const Crossing& b) { return a.z < b.z; });
     int winding = 0;
     std::size_t next = 0;
     const int k_low = std::max(0, static_cast<int>(std::floor(crossings.front().z - 0.5)));
     for (int k = k_low; k < g.nz && next <= crossings.size(); ++k) {
-      while (next < crossings.size() && crossings[next].z <= k + 0.5) winding -= crossings[next++].sign;
+      while (next < crossings.size() && crossings[next].z <= k + 0.5)
+        winding -= crossings[next++].sign;
       if (winding > 0) inside.emplace_back(column.second, column.first, k);
       if (next == crossings.size() && winding <= 0) break;
     }
@@ -145,7 +151,8 @@ VoxelBody voxel_body(const Grid& g, const BodySurface& s, SolidFractions& fracti
       for (int side = 0; side < 2; ++side) {
         Vec3i outer = c;
         outer[axis] += side ? 1 : -1;
-        if (outer[axis] < 0 || outer[axis] >= g.size(axis) || is_inside.count({outer[0], outer[1], outer[2]}))
+        if (outer[axis] < 0 || outer[axis] >= g.size(axis) ||
+            is_inside.count({outer[0], outer[1], outer[2]}))
           continue;
         ConstraintFace f{axis, c, outer, side ? 1.0 : -1.0, -1, Vec3::Zero(), VecX()};
         f.face[axis] += side;
@@ -163,10 +170,12 @@ VoxelCoupling voxel_coupling(const Grid& g, const VoxelBody& body, int dofs, dou
   const double b = density * g.dx * g.dx * g.dx;  // dual-cell fluid mass, kg
   std::map<std::int64_t, VecX> columns;
   for (const ConstraintFace& f : body.faces) {
-    const std::int64_t outer = static_cast<std::int64_t>(is_water.index(f.outer[0], f.outer[1], f.outer[2]));
+    const std::int64_t outer =
+        static_cast<std::int64_t>(is_water.index(f.outer[0], f.outer[1], f.outer[2]));
     if (!is_water[outer]) continue;
     VecX& column = columns.try_emplace(outer, VecX::Zero(dofs)).first->second;
-    column += f.sign * g.dx * g.dx * f.Q;  // a body moving towards the outer cell pushes flux into it
+    column +=
+        f.sign * g.dx * g.dx * f.Q;  // a body moving towards the outer cell pushes flux into it
     c.fluid_mass += b * f.Q * f.Q.transpose();
     c.fluid_momentum += b * u_star[f.axis](f.face[0], f.face[1], f.face[2]) * f.Q;
   }

@@ -6,16 +6,17 @@
 
 namespace archetide {
 
-/// The paper's voxel geometry of one body: a face is a constraint face when exactly one of its cells has its
-/// centre inside the body; the velocity there is that of the nearest surface point (J of Section 5.3).
+/// The paper's voxel geometry of one body: a face is a constraint face when exactly one of its
+/// cells has its centre inside the body; the velocity there is that of the nearest surface point (J
+/// of Section 5.3).
 struct ConstraintFace {
   int axis;
-  Vec3i face;          // index of the MAC face
-  Vec3i outer;         // its cell outside the body
-  double sign;         // +1 if the outer cell lies on the high side of the face
-  int triangle;        // nearest point of the surface
+  Vec3i face;    // index of the MAC face
+  Vec3i outer;   // its cell outside the body
+  double sign;   // +1 if the outer cell lies on the high side of the face
+  int triangle;  // nearest point of the surface
   Vec3 bary;
-  VecX Q;              // 6 + r, face-normal velocity per unit y
+  VecX Q;  // 6 + r, face-normal velocity per unit y
 };
 
 struct VoxelBody {

@@ -67,9 +67,10 @@ void zero_invalid(Array3<double>& f, const Mask& valid) {
     if (!valid[n]) f[n] = 0.0;
 }
 
-// How far the slope of the line through `near` and `far` can be believed: near the interface, or where the line runs
-// along it. Deep water beside a body must not grow an interface inside the body out of a slope (a bubble
-// that once stuck to a sphere's underside fed itself so, and ate 1 % of the tank a second).
+// How far the slope of the line through `near` and `far` can be believed: near the interface, or
+// where the line runs along it. Deep water beside a body must not grow an interface inside the body
+// out of a slope (a bubble that once stuck to a sphere's underside fed itself so, and ate 1 % of
+// the tank a second).
 double slope_trust(double near, double slope, double dx) {
   constexpr double kAlong = 0.3;  // |slope| / dx of a line along the interface
   if (std::abs(slope) <= kAlong * dx) return 1.0;
@@ -92,7 +93,8 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, doubl
     const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
     if (beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
     if (std::abs(phi[m]) >= band || std::abs(phi[mm]) >= band) return;
-    const double slope = std::clamp(phi[m] - phi[mm], -dx, dx), trust = slope_trust(phi[m], slope, dx);
+    const double slope = std::clamp(phi[m] - phi[mm], -dx, dx),
+                 trust = slope_trust(phi[m], slope, dx);
     if (trust < best_trust) return;
     if (trust == 1.0 && best_trust < 1.0) lines = 0.0, line_count = 0, best_trust = 1.0;
     lines += phi[m] + trust * slope, ++line_count;

@@ -24,8 +24,10 @@ void advect_particles(const Grid& g, const MacField& u, double dt, Particles& pa
 int correct_level_set(const Grid& g, const Particles& particles, const Array3<unsigned char>& solid,
                       Array3<double>& phi);
 
-/// Moves every particle by `distance` (m) up the gradient of phi, with a surface that moves so; clamped to the tank.
-void move_particles_along_normal(const Grid& g, const Array3<double>& phi, double distance, Particles& particles);
+/// Moves every particle by `distance` (m) up the gradient of phi, with a surface that moves so;
+/// clamped to the tank.
+void move_particles_along_normal(const Grid& g, const Array3<double>& phi, double distance,
+                                 Particles& particles);
 
 /// Radius of each particle = its distance to the surface, within 0.1 dx .. 0.5 dx.
 void adjust_radii(const Grid& g, const Array3<double>& phi, Particles& particles);

@@ -12,8 +12,9 @@
 namespace archetide {
 namespace {
 
-constexpr int kSolidLayers = 12;  // cells into a body that the surface is continued; beyond the band's reach
-constexpr int kMargin = 3;       // cells that the interface must keep from the end of the band
+constexpr int kSolidLayers =
+    12;  // cells into a body that the surface is continued; beyond the band's reach
+constexpr int kMargin = 3;  // cells that the interface must keep from the end of the band
 
 }  // namespace
 

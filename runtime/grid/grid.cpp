@@ -60,9 +60,12 @@ Vec3 interpolate_gradient(const Grid& g, const Array3<double>& values, const Vec
   double c[8];
   corners(values, t, c);
   const auto lerp = [](double a, double b, double f) { return a + f * (b - a); };
-  const double gx = lerp(lerp(c[1] - c[0], c[3] - c[2], t.fy), lerp(c[5] - c[4], c[7] - c[6], t.fy), t.fz);
-  const double gy = lerp(lerp(c[2] - c[0], c[3] - c[1], t.fx), lerp(c[6] - c[4], c[7] - c[5], t.fx), t.fz);
-  const double gz = lerp(lerp(c[4] - c[0], c[5] - c[1], t.fx), lerp(c[6] - c[2], c[7] - c[3], t.fx), t.fy);
+  const double gx =
+      lerp(lerp(c[1] - c[0], c[3] - c[2], t.fy), lerp(c[5] - c[4], c[7] - c[6], t.fy), t.fz);
+  const double gy =
+      lerp(lerp(c[2] - c[0], c[3] - c[1], t.fx), lerp(c[6] - c[4], c[7] - c[5], t.fx), t.fz);
+  const double gz =
+      lerp(lerp(c[4] - c[0], c[5] - c[1], t.fx), lerp(c[6] - c[2], c[7] - c[3], t.fx), t.fy);
   return Vec3(gx, gy, gz) / g.dx;
 }
 

@@ -78,7 +78,8 @@ Keys fluid_keys() {
       {.path = "fluid.volume_control",
        .type = kBool,
        .fallback = "true",
-       .meaning = "give back the volume that the level set loses, by moving the whole surface a little"},
+       .meaning =
+           "give back the volume that the level set loses, by moving the whole surface a little"},
       {.path = "fluid.water",
        .type = kTable,
        .fallback = "absent",

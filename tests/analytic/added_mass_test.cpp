@@ -10,7 +10,8 @@
 namespace archetide {
 namespace {
 
-// m_a / (rho 4/3 pi a^3) of a sphere at the centre of a cube of half width 2 a: converged spectral values.
+// m_a / (rho 4/3 pi a^3) of a sphere at the centre of a cube of half width 2 a: converged spectral
+// values.
 constexpr double kClosedCube = 0.6228265974, kOpenTop = 0.6139968114;
 
 ReducedBody rigid_sphere(double radius, double density) {
@@ -36,7 +37,8 @@ TEST(AddedMass, CutCellSphereInClosedCubeConvergesAtSecondOrder) {
   const double order = std::log2(std::abs(e4 / e8));
   std::printf("cells per radius   cut cell     voxel\n");
   std::printf("               4   %+8.4f %%   %+7.2f %%\n", 100 * e4, 100 * voxel4);
-  std::printf("               8   %+8.4f %%   %+7.2f %%   order %.2f\n", 100 * e8, 100 * voxel8, order);
+  std::printf("               8   %+8.4f %%   %+7.2f %%   order %.2f\n", 100 * e8, 100 * voxel8,
+              order);
   EXPECT_LT(std::abs(e4), 5e-3);
   EXPECT_LT(std::abs(e8), 1e-3);
   EXPECT_GT(order, 1.7);

@@ -10,7 +10,8 @@
 namespace archetide {
 namespace {
 
-// Five spheres of density ratio 0.2 to 1.3 released under water, open top; iterations to 1e-6 and the divergence left.
+// Five spheres of density ratio 0.2 to 1.3 released under water, open top; iterations to 1e-6 and
+// the divergence left.
 TEST(CoupledIterations, FiveSpheresTakeFewAndLeaveNoDivergence) {
   for (const int n : {32, 64}) {
     CoupledTank tank(n, 0.5);
@@ -25,7 +26,8 @@ TEST(CoupledIterations, FiveSpheresTakeFewAndLeaveNoDivergence) {
                              Vec3(-0.3, 0.31, -0.1), Vec3(0.29, 0.3, -0.2)};
     const double densities[5] = {200, 400, 600, 1000, 1300};
     for (int b = 0; b < 5; ++b) {
-      tank.bodies.push_back(make_body(rigid_surface_archetype(volume_true_sphere(3, 0.13), densities[b]), 0));
+      tank.bodies.push_back(
+          make_body(rigid_surface_archetype(volume_true_sphere(3, 0.13), densities[b]), 0));
       tank.bodies.back().position = centres[b];
     }
     const double dt = 0.01;
@@ -34,8 +36,9 @@ TEST(CoupledIterations, FiveSpheresTakeFewAndLeaveNoDivergence) {
                 report.residual, tank.divergence);
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.iterations, 20);
-    // The residual is relative to the right-hand side, whose entries are of the order of g dt per cell; the largest
-    // entry is at most the 2-norm, which for n^3 cells is below sqrt(n^3) times that.
+    // The residual is relative to the right-hand side, whose entries are of the order of g dt per
+    // cell; the largest entry is at most the 2-norm, which for n^3 cells is below sqrt(n^3) times
+    // that.
     EXPECT_LT(tank.divergence, 1e-6 * 9.81 * dt * std::sqrt(double(n) * n * n) / g.dx);
   }
 }

@@ -20,9 +20,12 @@ struct Case {
 
 class MonolithicOracle : public ::testing::TestWithParam<Case> {};
 
-ReducedBody moving_body(const SyntheticBody& shape, int r, const Vec3& position, std::mt19937& random) {
+ReducedBody moving_body(const SyntheticBody& shape, int r, const Vec3& position,
+                        std::mt19937& random) {
   std::normal_distribution<double> normal;
-  const auto vec = [&](double s) { return Vec3(s * normal(random), s * normal(random), s * normal(random)); };
+  const auto vec = [&](double s) {
+    return Vec3(s * normal(random), s * normal(random), s * normal(random));
+  };
   ReducedBody body = make_body(shape.archetype, r);
   body.position = position;
   body.rotation = Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
@@ -42,7 +45,8 @@ TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   tank.options.modal = {c.step, c.mass};
   std::vector<SyntheticBody> shapes;
   std::vector<const SyntheticBody*> pointers;
-  const Vec3 positions[3] = {Vec3(-0.35, -0.35, -0.3), Vec3(0.4, 0.35, 0.3), Vec3(0.35, -0.4, -0.35)};
+  const Vec3 positions[3] = {Vec3(-0.35, -0.35, -0.3), Vec3(0.4, 0.35, 0.3),
+                             Vec3(0.35, -0.4, -0.35)};
   for (int b = 0; b < c.bodies; ++b) shapes.push_back(random_archetype(b + 1, std::max(c.r, 1)));
   for (int b = 0; b < c.bodies; ++b) {
     pointers.push_back(&shapes[b]);
@@ -57,14 +61,16 @@ TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   const DenseSolution dense = solve_eq45(tank, pointers, dt);
   Coupling coupling(tank.options, {});
   std::vector<StageBody> stage;
-  for (const ReducedBody& b : tank.bodies) stage.push_back({&b, current_configuration(b), {}, false, {}});
+  for (const ReducedBody& b : tank.bodies)
+    stage.push_back({&b, current_configuration(b), {}, false, {}});
   MacField u = tank.u;
   const SolveReport report =
       coupling.couple(Stage::kVelocityFull, dt, {&tank.phi, nullptr, 0.0}, stage, u, tank.results);
   EXPECT_TRUE(report.converged) << report.residual;
 
   for (int b = 0; b < c.bodies; ++b)
-    EXPECT_LT((tank.results[b].y - dense.body[b]).norm() / dense.body[b].norm(), kTolerance) << "body " << b;
+    EXPECT_LT((tank.results[b].y - dense.body[b]).norm() / dense.body[b].norm(), kTolerance)
+        << "body " << b;
 
   // Water velocities on the faces that both know, and the pressure.
   const auto& valid = coupling.valid();
@@ -90,14 +96,14 @@ TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   EXPECT_LT(u_difference / u_norm, kTolerance);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Bodies, MonolithicOracle,
-    ::testing::Values(Case{0, 1, ModalStep::kTrapezoid, ModalMass::kExact},
-                      Case{1, 2, ModalStep::kTrapezoid, ModalMass::kExact},
-                      Case{2, 3, ModalStep::kBackwardEuler, ModalMass::kPaper},
-                      Case{3, 2, ModalStep::kBackwardEuler, ModalMass::kExact},
-                      Case{4, 2, ModalStep::kTrapezoid, ModalMass::kPaper},
-                      Case{5, 3, ModalStep::kBackwardEuler, ModalMass::kPaper}));
+INSTANTIATE_TEST_SUITE_P(Bodies, MonolithicOracle,
+                         ::testing::Values(Case{0, 1, ModalStep::kTrapezoid, ModalMass::kExact},
+                                           Case{1, 2, ModalStep::kTrapezoid, ModalMass::kExact},
+                                           Case{2, 3, ModalStep::kBackwardEuler, ModalMass::kPaper},
+                                           Case{3, 2, ModalStep::kBackwardEuler, ModalMass::kExact},
+                                           Case{4, 2, ModalStep::kTrapezoid, ModalMass::kPaper},
+                                           Case{5, 3, ModalStep::kBackwardEuler,
+                                                ModalMass::kPaper}));
 
 }  // namespace
 }  // namespace archetide

@@ -49,7 +49,8 @@ TEST(WellBalanced, StillTankStaysStillForThousandSteps) {
     Simulation simulation(o, still_water(o.grid, level), {}, {});
     double fastest = 0.0;
     for (int n = 0; n < 1000; ++n) fastest = std::max(fastest, simulation.step(0.02).max_speed);
-    std::printf("particles %2d: largest speed %.2e sqrt(g h)\n", particles, fastest / std::sqrt(9.81 * level));
+    std::printf("particles %2d: largest speed %.2e sqrt(g h)\n", particles,
+                fastest / std::sqrt(9.81 * level));
     EXPECT_LT(fastest, 1e-9 * std::sqrt(9.81 * level));
   }
 }
@@ -66,7 +67,8 @@ TEST(WellBalanced, NeutralSphereAndAlignedCubeHoverAtAnySubCellPosition) {
       Simulation simulation(o, still_water(o.grid, 0.8), {at(archetype, position)}, {});
       for (int step = 0; step < 3; ++step) simulation.step(0.02);
       const ReducedBody& body = simulation.bodies()[0];
-      worst = std::max({worst, (body.P / archetype->integrals.mass).norm(), simulation.step(0.02).max_speed});
+      worst = std::max(
+          {worst, (body.P / archetype->integrals.mass).norm(), simulation.step(0.02).max_speed});
     }
     std::printf("largest speed %.2e sqrt(g a)\n", worst / std::sqrt(9.81 * a));
     EXPECT_LT(worst, 1e-9 * std::sqrt(9.81 * a));
@@ -89,16 +91,19 @@ TEST(WellBalanced, ReferenceLevelDoesNotMatter) {
   EXPECT_LT((velocity[0] - velocity[1]).norm() / velocity[0].norm(), 1e-8);
 }
 
-// A still free surface and a body cut by it: the static force is rho g times the displaced volume wherever the grid
-// lies. Quadrature is exact for the polyhedron, so only the piecewise-linear interface matters.
+// A still free surface and a body cut by it: the static force is rho g times the displaced volume
+// wherever the grid lies. Quadrature is exact for the polyhedron, so only the piecewise-linear
+// interface matters.
 TEST(WellBalanced, FloatingSphereWithItsDraftStaysAtRest) {
   SimulationOptions o = tank(24);
   const double a = 0.2;
   const auto sphere = rigid_surface_archetype(volume_true_sphere(4, a), 500.0);
-  Simulation simulation(o, still_water(o.grid, 0.5), {at(sphere, Vec3(0.5, 0.5, 0.5))}, {});  // draft a
+  Simulation simulation(o, still_water(o.grid, 0.5), {at(sphere, Vec3(0.5, 0.5, 0.5))},
+                        {});  // draft a
   for (int step = 0; step < 50; ++step) simulation.step(0.02);
   const ReducedBody& body = simulation.bodies()[0];
-  std::printf("after 1 s: moved %.2e a, speed %.2e sqrt(g a)\n", (body.position - Vec3(0.5, 0.5, 0.5)).norm() / a,
+  std::printf("after 1 s: moved %.2e a, speed %.2e sqrt(g a)\n",
+              (body.position - Vec3(0.5, 0.5, 0.5)).norm() / a,
               body.P.norm() / sphere->integrals.mass / std::sqrt(9.81 * a));
   EXPECT_LT((body.position - Vec3(0.5, 0.5, 0.5)).norm(), 5e-3 * a);
 }

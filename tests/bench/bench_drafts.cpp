@@ -1,4 +1,5 @@
-// Drafts of the floating bodies of a scene of spheres against the closed form, in the mean over the last third of the run.
+// Drafts of the floating bodies of a scene of spheres against the closed form, in the mean over the
+// last third of the run.
 //   bench_drafts SCENE ARCHETYPES_DIR [key=value ...]
 #include <cmath>
 #include <cstdio>
@@ -10,7 +11,8 @@
 namespace archetide {
 namespace {
 
-// Depth of the lowest point of a sphere of density ratio s under the surface, in radii: the root of h^2 (3 - h) = 4 s.
+// Depth of the lowest point of a sphere of density ratio s under the surface, in radii: the root of
+// h^2 (3 - h) = 4 s.
 double exact_draft(double s) {
   double low = 0.0, high = 2.0;
   for (int n = 0; n < 60; ++n) {
@@ -32,7 +34,8 @@ int main_of(int argc, char** argv) {
   const double area = o.grid.nx * o.grid.ny * o.grid.dx * o.grid.dx;
   const std::size_t n = simulation.bodies().size();
 
-  // Time means over the last third; the level follows from the volumes of water and of submerged bodies.
+  // Time means over the last third; the level follows from the volumes of water and of submerged
+  // bodies.
   std::vector<double> height(n, 0.0), last_speed(n, 0.0), start(n);
   for (std::size_t b = 0; b < n; ++b) start[b] = simulation.bodies()[b].position[2];
   double level = 0.0, weight = 0.0, worst_drift = 0.0, first_volume = 0.0;
@@ -59,20 +62,22 @@ int main_of(int argc, char** argv) {
   run_frames(simulation, {scene.end_time, scene.fps, {}, {}}, events);
 
   level /= weight;
-  std::printf("grid %d x %d x %d, %d steps, at most %d iterations, volume drift %.3f %%, level %.4f m\n", o.grid.nx,
-              o.grid.ny, o.grid.nz, steps, iterations, 100.0 * worst_drift, level);
+  std::printf(
+      "grid %d x %d x %d, %d steps, at most %d iterations, volume drift %.3f %%, level %.4f m\n",
+      o.grid.nx, o.grid.ny, o.grid.nz, steps, iterations, 100.0 * worst_drift, level);
   std::printf("body   ratio   height m   draft/a    exact   error %% of a   last speed m/s\n");
   for (std::size_t b = 0; b < n; ++b) {
     const ReducedBody& body = simulation.bodies()[b];
     const double a = std::cbrt(body.archetype->volume / (4.0 / 3.0 * M_PI));
-    const double ratio = body.mass_scale * body.archetype->integrals.mass / body.archetype->volume / o.water_density;
+    const double ratio =
+        body.mass_scale * body.archetype->integrals.mass / body.archetype->volume / o.water_density;
     const double z = height[b] / weight, draft = (level - (z - a)) / a;
     if (ratio < 0.999)
-      std::printf("%4zu %7.3f %10.4f %9.4f %8.4f %+12.2f %14.2e\n", b, ratio, z, draft, exact_draft(ratio),
-                  100.0 * (draft - exact_draft(ratio)), last_speed[b]);
+      std::printf("%4zu %7.3f %10.4f %9.4f %8.4f %+12.2f %14.2e\n", b, ratio, z, draft,
+                  exact_draft(ratio), 100.0 * (draft - exact_draft(ratio)), last_speed[b]);
     else
-      std::printf("%4zu %7.3f %10.4f      moved %+.4f a, above the floor %.4f a %10.2e\n", b, ratio, z,
-                  (z - start[b]) / a, (z - o.grid.low()[2]) / a - 1.0, last_speed[b]);
+      std::printf("%4zu %7.3f %10.4f      moved %+.4f a, above the floor %.4f a %10.2e\n", b, ratio,
+                  z, (z - start[b]) / a, (z - o.grid.low()[2]) / a - 1.0, last_speed[b]);
   }
   return kExitDone;
 }

@@ -54,6 +54,11 @@ TEST(DegenerateScenes, NothingAtAllSteps) {
   run(simulation);
 }
 
+TEST(DegenerateScenes, ObstacleWithoutATankIsAnEmptySet) {
+  Simulation simulation(SimulationOptions(), FluidState(), {}, {icosphere(1, 0.1)});
+  run(simulation, 2);
+}
+
 TEST(DegenerateScenes, BodyWithoutWaterFallsFreely) {
   SimulationOptions o;  // no tank
   Simulation simulation(o, FluidState(), {soft_body(Vec3::Zero())}, {});
@@ -99,7 +104,8 @@ TEST(DegenerateScenes, BodyHalfOutsideTheGridSteps) {
   SimulationOptions o = closed_tank(true);
   o.open_side = {true, true, true, true, true, true};
   o.open_side[kZMin] = false;
-  for (const Vec3& position : {Vec3(0.0, 0.5, 0.3), Vec3(1.0, 1.0, 0.4), Vec3(0.5, 0.5, 1.0), Vec3(5.0, 5.0, 5.0)}) {
+  for (const Vec3& position :
+       {Vec3(0.0, 0.5, 0.3), Vec3(1.0, 1.0, 0.4), Vec3(0.5, 0.5, 1.0), Vec3(5.0, 5.0, 5.0)}) {
     Simulation simulation(o, water_to(o.grid, 0.4), {soft_body(position)}, {});
     run(simulation, 5);
   }
@@ -124,7 +130,8 @@ TEST(DegenerateScenes, TwoBodiesInOneAnotherStep) {
 TEST(DegenerateScenes, BodySmallerThanACellSinksOrRises) {
   for (const double density : {300.0, 3000.0}) {
     SimulationOptions o = closed_tank(true);
-    ReducedBody bead = make_body(rigid_surface_archetype(volume_true_sphere(1, 0.1 * o.grid.dx), density), 0);
+    ReducedBody bead =
+        make_body(rigid_surface_archetype(volume_true_sphere(1, 0.1 * o.grid.dx), density), 0);
     bead.position = Vec3(0.53, 0.47, 0.3);
     Simulation simulation(o, water_to(o.grid, 0.6), {bead}, {});
     run(simulation, 5);

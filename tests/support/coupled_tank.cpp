@@ -21,8 +21,10 @@ CoupledTank::CoupledTank(int n, double half) {
 SolveReport CoupledTank::solve(double dt, Stage stage) {
   Coupling coupling(options, {});
   std::vector<StageBody> stage_bodies;
-  for (const ReducedBody& b : bodies) stage_bodies.push_back({&b, current_configuration(b), {}, false, {}});
-  const SolveReport report = coupling.couple(stage, dt, {&phi, nullptr, 0.0}, stage_bodies, u, results);
+  for (const ReducedBody& b : bodies)
+    stage_bodies.push_back({&b, current_configuration(b), {}, false, {}});
+  const SolveReport report =
+      coupling.couple(stage, dt, {&phi, nullptr, 0.0}, stage_bodies, u, results);
   divergence = coupling.last_divergence();
   return report;
 }

@@ -7,9 +7,9 @@ namespace archetide {
 /// A tank with one or more bodies at rest in still water, for tests of a single coupled solve.
 struct CoupledTank {
   CouplingOptions options;
-  Array3<double> phi;                // cells; full tank unless changed
+  Array3<double> phi;  // cells; full tank unless changed
   std::vector<ReducedBody> bodies;
-  MacField u;                        // u* in, u out
+  MacField u;  // u* in, u out
   std::vector<StageResult> results;
   double divergence = 0.0;
 

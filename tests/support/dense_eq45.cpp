@@ -29,7 +29,9 @@ Particles3n particles(const ReducedBody& body, const SyntheticBody& shape) {
   p.M = MatX::Zero(3 * n, 3 * n);
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = 0; b < n; ++b)
-      p.M.block<3, 3>(3 * a, 3 * b).diagonal().setConstant(body.mass_scale * shape.scalar_mass(a, b));
+      p.M.block<3, 3>(3 * a, 3 * b)
+          .diagonal()
+          .setConstant(body.mass_scale * shape.scalar_mass(a, b));
   p.M_inverse = p.M.inverse();
   p.RS.resize(3 * n, body.r);
   p.J_rigid.resize(3 * n, 6);
@@ -48,8 +50,7 @@ Particles3n particles(const ReducedBody& body, const SyntheticBody& shape) {
 MatX impulse_factor(const Particles3n& p, const MatX& M_hat) {
   // Eq. 43: K_lambda = P_rigid^T M^-1 P_rigid + P_d^T R S Mhat^-1 S^T R^-1 P_d
   MatX K = p.P_rigid.transpose() * p.M_inverse * p.P_rigid;
-  if (M_hat.rows() > 0)
-    K += p.P_d.transpose() * p.RS * M_hat.inverse() * p.RS.transpose() * p.P_d;
+  if (M_hat.rows() > 0) K += p.P_d.transpose() * p.RS * M_hat.inverse() * p.RS.transpose() * p.P_d;
   return K;
 }
 
@@ -67,7 +68,8 @@ MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, c
   return impulse_factor(particles(body, shape), M_hat);
 }
 
-DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const SyntheticBody*>& shapes, double dt) {
+DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const SyntheticBody*>& shapes,
+                         double dt) {
   const CouplingOptions& o = tank.options;
   const Grid& g = o.grid;
   const double area = g.dx * g.dx, beta = o.hydrostatics.density * area * g.dx;
@@ -99,7 +101,9 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
 
   // Faces that carry water: between water cells, at open sides (half a dual cell), at bodies.
   std::vector<Face> faces;
-  const auto cell = [&](const Vec3i& c) { return unknown.contains(c[0], c[1], c[2]) ? unknown(c[0], c[1], c[2]) : -1; };
+  const auto cell = [&](const Vec3i& c) {
+    return unknown.contains(c[0], c[1], c[2]) ? unknown(c[0], c[1], c[2]) : -1;
+  };
   for (int axis = 0; axis < 3; ++axis)
     for (int k = 0; k < row[axis].nz(); ++k)
       for (int j = 0; j < row[axis].ny(); ++j)
@@ -110,9 +114,11 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
           if (side && !o.open_side[2 * axis + (at[axis] > 0)]) continue;
           if (side) f.beta *= 0.5;
           const bool between = f.low >= 0 && f.high >= 0;
-          if (between || f.constraint >= 0 || (side && (f.low >= 0 || f.high >= 0))) faces.push_back(f);
+          if (between || f.constraint >= 0 || (side && (f.low >= 0 || f.high >= 0)))
+            faces.push_back(f);
         }
-  const auto nf = static_cast<Eigen::Index>(faces.size()), nl = static_cast<Eigen::Index>(constraints.size());
+  const auto nf = static_cast<Eigen::Index>(faces.size()),
+             nl = static_cast<Eigen::Index>(constraints.size());
   MatX G = MatX::Zero(nf, cells), W = MatX::Zero(nl, nf);
   VecX beta_inverse(nf), u_star(nf);
   for (Eigen::Index f = 0; f < nf; ++f) {
@@ -123,13 +129,14 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
     u_star[f] = tank.u[faces[f].axis](faces[f].at[0], faces[f].at[1], faces[f].at[2]);
   }
 
-  // Bodies: W J (rows of constraint faces, columns of particles), K_lambda, and Eqs. 32 to 35 and 44.
+  // Bodies: W J (rows of constraint faces, columns of particles), K_lambda, and Eqs. 32 to 35
+  // and 44.
   MatX WJK = MatX::Zero(nl, nl);
   VecX WJv = VecX::Zero(nl);
   struct Solid {
     Particles3n p;
     MatX WJ, M_hat;
-    VecX q_dot_star;   // M_r q_dot* = M_r q_dot + S^T R^-1 P_d (explicit impulses) - dt K q
+    VecX q_dot_star;  // M_r q_dot* = M_r q_dot + S^T R^-1 P_d (explicit impulses) - dt K q
     Vec3 P, L;
     MatX M_r;
   };
@@ -138,8 +145,9 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
     const ReducedBody& body = tank.bodies[b];
     Solid s;
     s.p = particles(body, *shapes[b]);
-    const FreeMotion motion = free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
-                                          Stage::kVelocityFull, o.modal);
+    const FreeMotion motion =
+        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
+                    Stage::kVelocityFull, o.modal);
     s.M_hat = motion.H.M_hat;
     s.M_r = motion.terms.M_q;
     s.P = body.P, s.L = body.L;
@@ -149,16 +157,19 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
     for (Eigen::Index c = 0; c < nl; ++c) {
       if (owner[c] != static_cast<int>(b)) continue;
       const Vec3i& t = body.archetype->surface.triangles[constraints[c]->triangle];
-      for (int v = 0; v < 3; ++v) s.WJ(c, 3 * to_node[t[v]] + constraints[c]->axis) += constraints[c]->bary[v];
+      for (int v = 0; v < 3; ++v)
+        s.WJ(c, 3 * to_node[t[v]] + constraints[c]->axis) += constraints[c]->bary[v];
     }
     WJK += s.WJ * impulse_factor(s.p, s.M_hat) * s.WJ.transpose();
     VecX momentum(6);
     momentum << s.P, s.L;
     VecX v_star = s.p.J_rigid * (s.p.M_rigid_inverse * momentum);
     if (body.r > 0) {
-      // v* = R S q_dot* + J_rigid v_rigid*, v_rigid* from the momentum; plus the last term of Eq. 44
+      // v* = R S q_dot* + J_rigid v_rigid*, v_rigid* from the momentum; plus the last term of Eq.
+      // 44
       v_star += s.p.P_d.transpose() * s.p.RS * s.q_dot_star;
-      v_star += s.p.P_d.transpose() * s.p.RS * (s.M_hat.inverse() * s.M_r * s.q_dot_star - s.q_dot_star);
+      v_star +=
+          s.p.P_d.transpose() * s.p.RS * (s.M_hat.inverse() * s.M_r * s.q_dot_star - s.q_dot_star);
     }
     WJv += s.WJ * v_star;
     solids.push_back(std::move(s));

@@ -7,17 +7,17 @@
 
 namespace archetide {
 
-/// The literal Eq. 45 on voxel faces with the true projections of Sections 3 to 5 (n x n objects on the particles), as
-/// the oracle of the fast path. Small systems only.
+/// The literal Eq. 45 on voxel faces with the true projections of Sections 3 to 5 (n x n objects on
+/// the particles), as the oracle of the fast path. Small systems only.
 struct DenseSolution {
-  VecX pressure;                // water cells in grid order: phi = p^ / (rho dx), p^ = dt p
+  VecX pressure;  // water cells in grid order: phi = p^ / (rho dx), p^ = dt p
   struct Face {
     int axis;
     Vec3i at;
     double velocity;  // m/s
   };
-  std::vector<Face> faces;      // those next to water, constraint faces included
-  std::vector<VecX> body;       // per body 6 + r: v = P/m, w = I^-1 L, q_dot after the solve
+  std::vector<Face> faces;  // those next to water, constraint faces included
+  std::vector<VecX> body;   // per body 6 + r: v = P/m, w = I^-1 L, q_dot after the solve
 };
 DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const SyntheticBody*>& bodies,
                          double dt);
