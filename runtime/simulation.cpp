@@ -163,7 +163,7 @@ void Simulation::Impl::prepare() {
 
 // Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
 // Beside bodies in waves the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius);
-// a hundredth of a cell a step gives it back.
+// a shift of at most 0.02 cells a step gives it back.
 void Simulation::Impl::control_volume() {
   const Grid& g = options.grid;
   constexpr double kMaxShift = 0.02;  // cells a step
