@@ -14,7 +14,9 @@ constexpr double kUnchanged = 1e-9;  // in dx: smaller changes are rounding
 constexpr double kConverged = 1e-3;  // in dx: sweeps end when no cell moves more
 constexpr double kStartSlack = 0.2;  // in dx: error of the first-order distance across the band
 constexpr int kMaxSweeps = 24;
-constexpr double kGoodSlope = 0.1;  // interface cells with | |grad phi| - 1 | below it keep phi
+// Interface cells with | |grad phi| - 1 | below these keep phi, where it is smooth and where not: a
+// surface that is only carried along is not worn down by being measured over and over.
+constexpr double kTrueSlope = 0.02, kGoodSlope = 0.1;
 constexpr double kSmooth =
     0.5;  // slopes that differ by more than this part of the steepest one are a kink
 
@@ -89,8 +91,8 @@ double slope_to_remove(double slope) {
 
 // Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton towards
 // the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative when it
-// does not get there. Fourth order, so that doing it every step does not wander: dividing phi by
-// its slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
+// does not get there. Fourth order, so that doing it often does not wander: dividing phi by its
+// slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
 double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
   constexpr int kMaxIterations = 8;
   constexpr double kDone = 1e-5, kFarthest = 1.5;  // dx
@@ -130,8 +132,11 @@ double interface_distance(const Array3<double>& phi, const Box& box, double dx, 
   const bool smooth = std::all_of(axes, axes + 3, [&](const Slopes& s) {
     return std::abs(s.high - s.low) <= kSmooth * steepest;
   });
+  const double excess = std::abs(std::sqrt(slope2) / dx - 1.0);
+  if (smooth && excess <= kTrueSlope) return value;
   const double foot = smooth ? distance_to_foot(phi, c, dx) : -1.0;
-  if (foot >= 0.0) return foot;
+  if (foot >= 0.0)
+    return value + std::min((excess - kTrueSlope) / kTrueSlope, 1.0) * (foot - value);
   return value / slope_to_remove(std::max(std::sqrt(slope2), steepest_crossing) / dx);
 }
 
