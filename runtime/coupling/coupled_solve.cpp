@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace archetide {
@@ -194,7 +193,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
                                  const CoupledSolveOptions& options, MacField& u,
                                  FaceField<unsigned char>& valid, Array3<double>& pressure) {
   if (s.unknowns == 0) return without_water(bodies, valid);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies);
   multigrid_.setup(operator_.water(), &operator_.closed());
@@ -231,11 +230,11 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
   CoupledPreconditioner preconditioner(operator_, multigrid_);
-  const double setup =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double setup_wall = watch.wall(), setup_cpu = watch.cpu();
   SolveReport report =
       pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
-  report.setup_seconds = setup;
+  report.setup_seconds = setup_wall;
+  report.setup_cpu_seconds = setup_cpu;
 
   // Pressure to bodies and water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {

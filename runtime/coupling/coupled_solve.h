@@ -75,6 +75,10 @@ class CoupledSolver {
 
   std::size_t bytes() const;
 
+  /// Of the last solve that had water.
+  const CoupledOperator& last_operator() const { return operator_; }
+  const std::vector<double>& last_right_hand_side() const { return rhs_; }
+
  private:
   CoupledOperator operator_;
   Multigrid multigrid_;
