@@ -1,25 +1,39 @@
 #include "runtime/coupling/coupled_solve.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 namespace archetide {
 namespace {
 
-// The multigrid cycle of the water with an exact correction of the closed regions' constants.
+// The multigrid cycle of the water with an exact correction of the closed regions' constants, and
+// deflation.
 class CoupledPreconditioner {
  public:
-  CoupledPreconditioner(const CoupledOperator& op, Multigrid& cycle) : op_(op), cycle_(cycle) {}
+  CoupledPreconditioner(const CoupledOperator& op, Multigrid& cycle, Deflation& deflation,
+                        std::vector<double>& scratch)
+      : op_(op), cycle_(cycle), deflation_(deflation), scratch_(scratch) {
+    if (!deflation_.empty()) scratch_.resize(op.size());
+  }
   void apply(const double* r, double* z) {
     cycle_.apply(r, z);
     op_.add_closed_correction(r, z);
+    correct(r, z);
     op_.project(z);
+  }
+  // z gets the part in span(Y) that it lacks.
+  void correct(const double* r, double* z) {
+    if (deflation_.empty()) return;
+    op_.apply(z, scratch_.data());
+    subtract_from(op_.blocks(), r, scratch_.data());
+    deflation_.correct(scratch_.data(), z);
   }
 
  private:
   const CoupledOperator& op_;
   Multigrid& cycle_;
+  Deflation& deflation_;
+  std::vector<double>& scratch_;
 };
 
 // Net outflow of the water through the open part of a cell's faces, m/s (per dx^2).
@@ -85,109 +99,6 @@ SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned c
 
 }  // namespace
 
-void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
-                            const std::vector<CoupledBody>& bodies) {
-  water_.setup(s.matrix);
-  closed_.setup(s.matrix);
-  bodies_.resize(bodies.size());
-  const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const BodyFlux& f = bodies[b].flux;
-    Body& body = bodies_[b];
-    body.cell.clear();
-    body.flux.resize(f.flux.rows(), f.flux.cols());
-    for (std::size_t m = 0; m < f.cell.size(); ++m) {
-      if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
-      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
-          f.flux.col(static_cast<Eigen::Index>(m)) / area;
-      body.cell.push_back(f.cell[m]);
-    }
-    body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
-    body.inverse_mass = mass * bodies[b].inverse_mass;
-  }
-  setup_closed_regions();
-}
-
-void CoupledOperator::setup_closed_regions() {
-  const auto n = static_cast<Eigen::Index>(closed_.count());
-  null_vectors_.resize(n, 0);
-  closed_inverse_.resize(n, n);
-  if (n == 0) return;
-
-  // E^T A E: only the bodies' part acts on constants.
-  MatX G = MatX::Zero(n, n);
-  double scale = 0.0;
-  std::vector<double> indicator(size(), 0.0);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Body& body = bodies_[b];
-    MatX sums(body.flux.rows(), n);
-    for (Eigen::Index c = 0; c < n; ++c) {
-      const double one = 1.0 / std::sqrt(static_cast<double>(closed_.size(c)));
-      closed_.add_constant(c, one, indicator.data());
-      sums.col(c) = gather(b, indicator.data());
-      closed_.add_constant(c, -one, indicator.data());
-      scale = std::max(scale, one * one *
-                                  (body.flux.transpose() * body.inverse_mass)
-                                      .cwiseProduct(body.flux.transpose())
-                                      .sum());
-    }
-    G.noalias() += sums.transpose() * body.inverse_mass * sums;
-  }
-  // A direction whose stiffness is round-off of the bodies' total is null.
-  constexpr double kNull = 1e-12;
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
-  closed_inverse_.setZero();
-  for (Eigen::Index e = 0; e < n; ++e) {
-    const VecX v = eigen.eigenvectors().col(e);
-    if (eigen.eigenvalues()[e] > kNull * scale) {
-      closed_inverse_ += v * v.transpose() / eigen.eigenvalues()[e];
-    } else {
-      null_vectors_.conservativeResize(Eigen::NoChange, null_vectors_.cols() + 1);
-      null_vectors_.rightCols<1>() = v;
-    }
-  }
-}
-
-VecX CoupledOperator::gather(std::size_t b, const double* x) const {
-  const Body& body = bodies_[b];
-  VecX sum = VecX::Zero(body.flux.rows());
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
-  return sum;
-}
-
-void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  const Body& body = bodies_[b];
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
-}
-
-void CoupledOperator::apply(const double* x, double* y) const {
-  water_.apply(x, y);
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
-}
-
-void CoupledOperator::project(double* v) const {
-  if (null_vectors_.cols() == 0) return;
-  VecX sums(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX remove = null_vectors_ * (null_vectors_.transpose() * sums);
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
-}
-
-void CoupledOperator::add_closed_correction(const double* r, double* z) const {
-  if (closed_.empty()) return;
-  VecX sums(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, r) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX add = closed_inverse_ * sums;
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, add[c] / std::sqrt(static_cast<double>(closed_.size(c))), z);
-}
-
 SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
                                  std::vector<CoupledBody>& bodies,
                                  const CoupledSolveOptions& options, MacField& u,
@@ -197,6 +108,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies);
   multigrid_.setup(operator_.water(), &operator_.closed());
+  deflation_.setup(operator_, options.deflation);
 
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
   // on.
@@ -229,8 +141,9 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   pcg_options.tolerance = options.tolerance;
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
-  CoupledPreconditioner preconditioner(operator_, multigrid_);
+  CoupledPreconditioner preconditioner(operator_, multigrid_, deflation_, scratch_);
   const double setup_wall = watch.wall(), setup_cpu = watch.cpu();
+  preconditioner.correct(rhs_.data(), pressure.data());
   SolveReport report =
       pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
   report.setup_seconds = setup_wall;
@@ -249,8 +162,9 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
 
 std::size_t CoupledSolver::bytes() const {
   const PcgWorkspace& w = workspace_;
-  return multigrid_.bytes() +
-         sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size());
+  return multigrid_.bytes() + deflation_.bytes() +
+         sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size() +
+ scratch_.size());
 }
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,

@@ -62,6 +62,7 @@ struct Options {
   CoupledSceneOptions scene;
   int threads = 1, repeat = 5, max_iterations = 2000;
   double tolerance = 1e-6;
+  DeflationChoice deflation = DeflationChoice::kAuto;
   bool cpu_clock = false, rivals = true;
   std::string csv, geometry = "cut-cell";
 };
@@ -131,6 +132,12 @@ Options parse(int argc, char** argv) {
     } else if (name == "--rivals") {
       if (std::strcmp(value, "on") && std::strcmp(value, "off")) refuse(name + ": on or off");
       o.rivals = !std::strcmp(value, "on");
+    } else if (name == "--deflation") {
+      const std::string choice = value;
+      if (choice != "auto" && choice != "off" && choice != "on") refuse(name + ": auto, off or on");
+      o.deflation = choice == "auto"  ? DeflationChoice::kAuto
+                    : choice == "off" ? DeflationChoice::kNever
+                                      : DeflationChoice::kAlways;
     } else if (name == "--csv") {
       o.csv = value;
     } else {
@@ -245,6 +252,7 @@ int main_of(const Options& o) {
   CoupledSolveOptions options;
   options.tolerance = o.tolerance;
   options.max_iterations = o.max_iterations;
+  options.deflation = o.deflation;
 
   // The first run is to warm up.
   Triad triad;
@@ -277,9 +285,9 @@ int main_of(const Options& o) {
       "%dx%dx%d, %zu unknowns, %d bodies of %d dof, density ratio %g, %s, %d threads, %s seconds\n",
       n[0], n[1], n[2], op.water().unknowns(), o.scene.bodies, 6 + o.scene.modes,
       o.scene.density_ratio, o.geometry.c_str(), o.threads, o.cpu_clock ? "cpu" : "wall");
-  std::printf("residual %.2e%s, triad %.1f GB/s, memory of the solver %.0f MB\n", report.residual,
+  std::printf("residual %.2e%s, triad %.1f GB/s, memory of the solver %.0f MB, deflated %d\n", report.residual,
               report.converged ? "" : " (NOT CONVERGED)", 1e-9 / seconds_per_byte,
-              1e-6 * static_cast<double>(solver.bytes()));
+              1e-6 * static_cast<double>(solver.bytes()), solver.deflated_columns());
   std::printf("%-16s %8s %8s %8s %6s %8s\n", "", "set-up", "solve", "total", "iter.", "/ bound");
   const auto line = [&](const char* name, const Timing& t) {
     if (t.solve > 0.0)

@@ -1,0 +1,319 @@
+#include "runtime/coupling/deflation.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "runtime/numerics/multigrid.h"
+
+namespace archetide {
+namespace {
+
+// Directions whose added mass is below this part of the body's own cost no iterations worth saving.
+constexpr double kKept = 0.5;
+// Columns beyond this are not worth their dense E.
+constexpr int kMostColumns = 4000;
+
+Vec3i cell_of(const PoissonMatrix& a, std::int64_t n) {
+  return {static_cast<int>(n % a.nx), static_cast<int>(n / a.nx % a.ny),
+          static_cast<int>(n / a.nx / a.ny)};
+}
+
+// The cells of `a` in a box as a matrix of their own; p = 0 on the cells around it.
+void crop(const PoissonMatrix& a, const Vec3i& low, const Vec3i& size, PoissonMatrix& out) {
+  out.nx = size[0], out.ny = size[1], out.nz = size[2];
+  out.open_side.fill(true);  // closed sides of the tank have w = 0
+  out.kind.resize(size[0], size[1], size[2]);
+  out.diag.resize(size[0], size[1], size[2]);
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j) {
+      const std::size_t from = a.kind.index(low[0], low[1] + j, low[2] + k);
+      const std::size_t to = out.kind.index(0, j, k);
+      std::copy_n(a.kind.data() + from, size[0], out.kind.data() + to);
+      std::copy_n(a.diag.data() + from, size[0], out.diag.data() + to);
+    }
+  for (int d = 0; d < 3; ++d) {
+    const Vec3i n = size + Vec3i::Unit(d);
+    out.w[d].resize(n[0], n[1], n[2]);
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        std::copy_n(&a.w[d](low[0], low[1] + j, low[2] + k), n[0], &out.w[d](0, j, k));
+  }
+}
+
+// S with S S^T = H^-1 (semi-definite in contact).
+MatX root(const MatX& inverse_mass) {
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(inverse_mass);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+}  // namespace
+
+// The V-cycle of a box around a body.
+class Deflation::Local {
+ public:
+  Local(const CoupledOperator& op, const Patch& p) : op_(op), low_(p.low) {
+    crop(op.water().matrix(), p.low, p.size, matrix_);
+    water_.setup(matrix_);
+    cycle_.setup(water_);
+    r_.assign(matrix_.size(), 0.0);
+    z_.assign(matrix_.size(), 0.0);
+    for (std::int64_t n : op.bodies()[p.body].cell) cell_.push_back(local(n));
+  }
+
+  // z = V Fhat s
+  const std::vector<double>& respond(std::size_t b, const VecX& s) {
+    const CoupledOperator::Body& body = op_.bodies()[b];
+    for (std::size_t m = 0; m < cell_.size(); ++m)
+      r_[cell_[m]] = body.flux.col(static_cast<Eigen::Index>(m)).dot(s);
+    cycle_.apply(r_.data(), z_.data());
+    return z_;
+  }
+  // Fhat^T z
+  VecX added_momentum(std::size_t b) const {
+    const CoupledOperator::Body& body = op_.bodies()[b];
+    VecX sum = VecX::Zero(body.flux.rows());
+    for (std::size_t m = 0; m < cell_.size(); ++m)
+      sum += z_[cell_[m]] * body.flux.col(static_cast<Eigen::Index>(m));
+    return sum;
+  }
+  std::size_t local(std::int64_t n) const {
+    const Vec3i c = cell_of(op_.water().matrix(), n) - low_;
+    return matrix_.kind.index(c[0], c[1], c[2]);
+  }
+  const PoissonMatrix& matrix() const { return matrix_; }
+
+ private:
+  const CoupledOperator& op_;
+  Vec3i low_;
+  PoissonMatrix matrix_;
+  PoissonOperator water_;
+  Multigrid cycle_;
+  std::vector<double> r_, z_;
+  std::vector<std::size_t> cell_;  // the body's flux cells
+};
+
+// From the surface of the body outwards by its own radius.
+Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
+  const PoissonMatrix& a = op.water().matrix();
+  Patch p;
+  p.body = static_cast<int>(b);
+  Vec3i low(a.nx, a.ny, a.nz), high = Vec3i::Zero();
+  for (std::int64_t n : op.bodies()[b].cell) {
+    const Vec3i c = cell_of(a, n);
+    low = low.cwiseMin(c), high = high.cwiseMax(c + Vec3i::Ones());
+  }
+  if (op.bodies()[b].cell.empty()) return p;
+  const char* env = std::getenv("MARGIN");
+  const double factor = env ? std::atof(env) : 0.5;
+  const int margin = std::max(3, static_cast<int>(factor * (high - low).maxCoeff()));
+  p.low = (low.array() - margin).max(0);
+  p.size = (high.array() + margin).min(Eigen::Array3i(a.nx, a.ny, a.nz)).matrix() - p.low;
+  for (int k = 0; k < p.size[2]; ++k)
+    for (int j = 0; j < p.size[1]; ++j) {
+      const std::size_t row = a.kind.index(p.low[0], p.low[1] + j, p.low[2] + k);
+      for (int i = 0; i < p.size[0]; ++i) {
+        if (a.kind[row + i] != CellKind::kUnknown) continue;
+        const int begin = i;
+        while (i < p.size[0] && a.kind[row + i] == CellKind::kUnknown) ++i;
+        p.runs.push_back({static_cast<std::int64_t>(row) + begin, i - begin, p.cells});
+        p.cells += i - begin;
+      }
+    }
+  return p;
+}
+
+Deflation::Expectation Deflation::expect(const CoupledOperator&) { return {}; }
+
+void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
+  patches_.clear();
+  columns_ = 0;
+  if (choice == DeflationChoice::kNever) return;
+  for (std::size_t b = 0; b < op.bodies().size(); ++b) {
+    Patch p = box_of(op, b);
+    if (p.cells > 0) patches_.push_back(std::move(p));
+  }
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t n = 0; n < patches_.size(); ++n) {
+    Patch& p = patches_[n];
+    const std::size_t b = p.body;
+    Local local(op, p);
+    const MatX S = root(op.bodies()[b].inverse_mass);
+    const auto dofs = S.cols();
+    std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells));
+    MatX K(dofs, dofs);  // S^T F^T V F S
+    for (Eigen::Index c = 0; c < dofs; ++c) {
+      const std::vector<double>& z = local.respond(b, S.col(c));
+      K.col(c) = S.transpose() * local.added_momentum(b);
+      for (const Run& run : p.runs) {
+        const double* from = z.data() + local.local(run.cell);
+        std::copy_n(from, run.length, Z[c].data() + run.at);
+      }
+    }
+    const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (K + K.transpose()));
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index c = dofs - 1; c >= 0 && eigen.eigenvalues()[c] > kKept; --c)
+      kept.push_back(c);
+    p.columns = static_cast<int>(kept.size());
+    p.y.assign((kept.size() + kBlock - 1) / kBlock, Block(p.cells * kBlock, 0.0f));
+    for (std::size_t c = 0; c < kept.size(); ++c) {
+      float* to = p.y[c / kBlock].data() + c % kBlock;
+      const VecX q = eigen.eigenvectors().col(kept[c]) / eigen.eigenvalues()[kept[c]];
+      for (Eigen::Index d = 0; d < dofs; ++d) {
+        const auto f = static_cast<float>(q[d]);
+        const float* from = Z[d].data();
+        for (std::size_t m = 0; m < p.cells; ++m) to[m * kBlock] += f * from[m];
+      }
+    }
+  }
+  std::erase_if(patches_, [](const Patch& p) { return p.columns == 0; });
+  for (Patch& p : patches_) p.first = columns_, columns_ += p.columns;
+  if (columns_ > 0) assemble(op);
+}
+
+// E = Y^T A Y
+void Deflation::assemble(const CoupledOperator& op) {
+  MatX E = MatX::Zero(columns_, columns_);
+  // Fhat_c^T Y for every body c
+  std::vector<MatX> flux;
+  for (const CoupledOperator::Body& body : op.bodies())
+    flux.push_back(MatX::Zero(body.flux.rows(), columns_));
+  for (const Patch& p : patches_)
+    for (int block = 0; block < static_cast<int>(p.y.size()); ++block)
+      add_product(op, p, block, E, flux);
+  for (std::size_t c = 0; c < flux.size(); ++c)
+    E.noalias() += flux[c].transpose() * op.bodies()[c].inverse_mass * flux[c];
+  factor_.compute(0.5 * (E + E.transpose()));
+  if (factor_.info() != Eigen::Success) patches_.clear(), columns_ = 0;
+}
+
+// Columns of one block of E from the water, Y^T (A_water y), and of Fhat^T y.
+void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block, MatX& E,
+                            std::vector<MatX>& flux) const {
+  const PoissonMatrix& a = op.water().matrix();
+  const int first = p.first + block * kBlock, columns = std::min(kBlock, p.columns - block * kBlock);
+  // y on the box and one cell around it
+  const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2);
+  const std::size_t sy = size[0], sz = sy * size[1];
+  const auto place = [&](const Vec3i& c) {
+    const Vec3i d = c - low;
+    return (d[0] + sy * d[1] + sz * d[2]) * kBlock;
+  };
+  std::vector<float> y(sz * size[2] * kBlock, 0.0f);
+  for (const Run& run : p.runs)
+    std::copy_n(p.y[block].data() + run.at * kBlock, run.length * kBlock,
+                y.data() + place(cell_of(a, run.cell)));
+
+  for (std::size_t c = 0; c < op.bodies().size(); ++c) {
+    const CoupledOperator::Body& body = op.bodies()[c];
+    for (std::size_t m = 0; m < body.cell.size(); ++m) {
+      const Vec3i cell = cell_of(a, body.cell[m]);
+      if (((cell - low).array() < 0).any() || ((cell - low - size).array() >= 0).any()) continue;
+      const Eigen::Map<const Eigen::RowVectorXf> row(y.data() + place(cell), columns);
+      flux[c].middleCols(first, columns) +=
+          body.flux.col(static_cast<Eigen::Index>(m)) * row.cast<double>();
+    }
+  }
+
+  for (const Patch& other : patches_) {
+    const Vec3i from = other.low.cwiseMax(low), to = (other.low + other.size).cwiseMin(low + size);
+    if ((to.array() <= from.array()).any()) continue;
+    MatX sums = MatX::Zero(static_cast<Eigen::Index>(other.y.size()) * kBlock, kBlock);
+    for (const Run& run : other.runs) {
+      const Vec3i start = cell_of(a, run.cell);
+      if (start[1] < from[1] || start[1] >= to[1] || start[2] < from[2] || start[2] >= to[2])
+        continue;
+      const int begin = std::max(start[0], from[0]), end = std::min(start[0] + run.length, to[0]);
+      for (std::size_t ob = 0; ob < other.y.size(); ++ob) {
+        float row_sum[kBlock][kBlock] = {};
+        for (int i = begin; i < end; ++i) {
+          const std::size_t n = run.cell + (i - start[0]);
+          const Vec3i c(i, start[1], start[2]);
+          float w[kBlock];
+          const float* at = y.data() + place(c);
+          const auto neighbour = [&](int d, int side) {
+            Vec3i face = c, o = c;
+            face[d] += side > 0, o[d] += side;
+            const bool unknown = a.kind.contains(o[0], o[1], o[2]) &&
+                                 ((o - low).array() >= 0).all() && ((low + size - o).array() > 0).all();
+            return unknown ? a.w[d](face[0], face[1], face[2]) : 0.0;
+          };
+          const double diag = a.diag[n], xl = neighbour(0, -1), xh = neighbour(0, 1),
+                       yl = neighbour(1, -1), yh = neighbour(1, 1), zl = neighbour(2, -1),
+                       zh = neighbour(2, 1);
+          const std::ptrdiff_t dx = kBlock, dy = kBlock * static_cast<std::ptrdiff_t>(sy),
+                               dz = kBlock * static_cast<std::ptrdiff_t>(sz);
+          const float* zero = at;
+          const float *pxl = xl != 0 ? at - dx : zero, *pxh = xh != 0 ? at + dx : zero,
+                      *pyl = yl != 0 ? at - dy : zero, *pyh = yh != 0 ? at + dy : zero,
+                      *pzl = zl != 0 ? at - dz : zero, *pzh = zh != 0 ? at + dz : zero;
+#pragma omp simd
+          for (int l = 0; l < kBlock; ++l)
+            w[l] = static_cast<float>(diag * at[l] - (xl * pxl[l] + xh * pxh[l]) -
+                                      (yl * pyl[l] + yh * pyh[l]) - (zl * pzl[l] + zh * pzh[l]));
+          const float* own = other.y[ob].data() + (run.at + (i - start[0])) * kBlock;
+          for (int m = 0; m < kBlock; ++m) {
+#pragma omp simd
+            for (int l = 0; l < kBlock; ++l) row_sum[m][l] += own[m] * w[l];
+          }
+        }
+        for (int m = 0; m < kBlock; ++m)
+          for (int l = 0; l < kBlock; ++l) sums(ob * kBlock + m, l) += row_sum[m][l];
+      }
+    }
+    E.block(other.first, first, other.columns, columns) +=
+        sums.topLeftCorner(other.columns, columns);
+  }
+}
+
+void Deflation::correct(const double* t, double* v) {
+  weight_.setZero(columns_);
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t n = 0; n < patches_.size(); ++n) {
+    const Patch& p = patches_[n];
+    for (std::size_t block = 0; block < p.y.size(); ++block) {
+      double sum[kBlock] = {};
+      for (const Run& run : p.runs) {
+        float row[kBlock] = {};
+        const float* y = p.y[block].data() + run.at * kBlock;
+        for (int i = 0; i < run.length; ++i) {
+          const auto ti = static_cast<float>(t[run.cell + i]);
+#pragma omp simd
+          for (int l = 0; l < kBlock; ++l) row[l] += ti * y[i * kBlock + l];
+        }
+        for (int l = 0; l < kBlock; ++l) sum[l] += row[l];
+      }
+      const int first = static_cast<int>(block) * kBlock;
+      for (int l = 0; l < kBlock && first + l < p.columns; ++l) weight_[p.first + first + l] = sum[l];
+    }
+  }
+  factor_.solveInPlace(weight_);
+  for (const Patch& p : patches_)
+    for (std::size_t block = 0; block < p.y.size(); ++block) {
+      const int first = static_cast<int>(block) * kBlock;
+      float weight[kBlock] = {};
+      for (int l = 0; l < kBlock && first + l < p.columns; ++l)
+        weight[l] = static_cast<float>(weight_[p.first + first + l]);
+      for (const Run& run : p.runs) {
+        const float* y = p.y[block].data() + run.at * kBlock;
+        for (int i = 0; i < run.length; ++i) {
+          float sum = 0.0f;
+#pragma omp simd reduction(+ : sum)
+          for (int l = 0; l < kBlock; ++l) sum += weight[l] * y[i * kBlock + l];
+          v[run.cell + i] += sum;
+        }
+      }
+    }
+}
+
+std::size_t Deflation::bytes() const {
+  std::size_t total = sizeof(double) * static_cast<std::size_t>(columns_) * columns_;
+  for (const Patch& p : patches_) {
+    total += p.runs.capacity() * sizeof(Run);
+    for (const Block& b : p.y) total += b.capacity() * sizeof(float);
+  }
+  return total;
+}
+
+}  // namespace archetide
