@@ -99,14 +99,19 @@ void CoupledOperator::project(double* v) const {
     closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
 }
 
+VecX CoupledOperator::closed_correction(const double* r) const {
+  VecX sums(closed_.count()), norm(closed_.count());
+  for (std::size_t c = 0; c < closed_.count(); ++c) {
+    norm[c] = std::sqrt(static_cast<double>(closed_.size(c)));
+    sums[c] = closed_.mean(c, r) * norm[c];
+  }
+  return (closed_inverse_ * sums).cwiseQuotient(norm);
+}
+
 void CoupledOperator::add_closed_correction(const double* r, double* z) const {
   if (closed_.empty()) return;
-  VecX sums(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, r) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX add = closed_inverse_ * sums;
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, add[c] / std::sqrt(static_cast<double>(closed_.size(c))), z);
+  const VecX add = closed_correction(r);
+  for (std::size_t c = 0; c < closed_.count(); ++c) closed_.add_constant(c, add[c], z);
 }
 
 double CoupledOperator::water_energy(const double* x, const double* b) const {

@@ -36,8 +36,9 @@ class CoupledOperator {
 
   const PoissonOperator& water() const { return water_; }
   const ClosedComponents& closed() const { return closed_; }
-  /// z += E (E^T A E)^+ E^T r over the indicators E of closed regions.
+  /// z += E (E^T A E)^+ E^T r over the indicators E of closed regions; the constants themselves.
   void add_closed_correction(const double* r, double* z) const;
+  VecX closed_correction(const double* r) const;
 
   struct Body {
     std::vector<std::int64_t> cell;  // m, with an unknown

@@ -6,36 +6,6 @@
 namespace archetide {
 namespace {
 
-// The multigrid cycle of the water with an exact correction of the closed regions' constants, and
-// deflation.
-class CoupledPreconditioner {
- public:
-  CoupledPreconditioner(const CoupledOperator& op, Multigrid& cycle, Deflation& deflation,
-                        std::vector<double>& scratch)
-      : op_(op), cycle_(cycle), deflation_(deflation), scratch_(scratch) {
-    if (!deflation_.empty()) scratch_.resize(op.size());
-  }
-  void apply(const double* r, double* z) {
-    cycle_.apply(r, z);
-    op_.add_closed_correction(r, z);
-    correct(r, z);
-    op_.project(z);
-  }
-  // z gets the part in span(Y) that it lacks.
-  void correct(const double* r, double* z) {
-    if (deflation_.empty()) return;
-    op_.apply(z, scratch_.data());
-    subtract_from(op_.blocks(), r, scratch_.data());
-    deflation_.correct(scratch_.data(), z);
-  }
-
- private:
-  const CoupledOperator& op_;
-  Multigrid& cycle_;
-  Deflation& deflation_;
-  std::vector<double>& scratch_;
-};
-
 // Net outflow of the water through the open part of a cell's faces, m/s (per dx^2).
 double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int k) {
   return w[0](i + 1, j, k) * u[0](i + 1, j, k) - w[0](i, j, k) * u[0](i, j, k) +
@@ -137,15 +107,13 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
   // iterated on.
   const double head = s.hydrostatics.gravity.norm() * g.dx * std::max({g.nx, g.ny, g.nz});
-  PcgOptions pcg_options;
+  CoupledPcgOptions pcg_options;
   pcg_options.tolerance = options.tolerance;
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
-  CoupledPreconditioner preconditioner(operator_, multigrid_, deflation_, scratch_);
+  pcg_.setup(operator_, multigrid_, deflation_);
   const double setup_wall = watch.wall(), setup_cpu = watch.cpu();
-  preconditioner.correct(rhs_.data(), pressure.data());
-  SolveReport report =
-      pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
+  SolveReport report = pcg_.solve(rhs_.data(), pressure.data(), pcg_options);
   report.setup_seconds = setup_wall;
   report.setup_cpu_seconds = setup_cpu;
 
@@ -161,10 +129,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
 }
 
 std::size_t CoupledSolver::bytes() const {
-  const PcgWorkspace& w = workspace_;
-  return multigrid_.bytes() + deflation_.bytes() +
-         sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size() +
- scratch_.size());
+  return multigrid_.bytes() + deflation_.bytes() + pcg_.bytes() + sizeof(double) * rhs_.size();
 }
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "runtime/coupling/coupled_operator.h"
+#include "runtime/coupling/coupled_pcg.h"
 #include "runtime/coupling/deflation.h"
 #include "runtime/numerics/multigrid.h"
-#include "runtime/numerics/pcg.h"
 
 namespace archetide {
 
@@ -36,8 +36,8 @@ class CoupledSolver {
   CoupledOperator operator_;
   Multigrid multigrid_;
   Deflation deflation_;
-  PcgWorkspace workspace_;
-  std::vector<double> rhs_, scratch_;
+  CoupledPcg pcg_;
+  std::vector<double> rhs_;
 };
 
 /// Largest |sum sign w u - Fhat y| / dx over unknown cells, 1/s.

@@ -3,8 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
+#include "runtime/numerics/fused_steps.h"
 #include "runtime/numerics/multigrid.h"
 
 namespace archetide {
@@ -12,6 +12,9 @@ namespace {
 
 // Directions whose added mass is below this part of the body's own cost no iterations worth saving.
 constexpr double kKept = 0.5;
+// A patch reaches beyond the body by this part of its extent, and at least so many cells.
+constexpr double kMargin = 0.12;
+constexpr int kLeastMargin = 3;
 // Columns beyond this are not worth their dense E.
 constexpr int kMostColumns = 4000;
 
@@ -59,7 +62,8 @@ class Deflation::Local {
     cycle_.setup(water_);
     r_.assign(matrix_.size(), 0.0);
     z_.assign(matrix_.size(), 0.0);
-    for (std::int64_t n : op.bodies()[p.body].cell) cell_.push_back(local(n));
+    for (std::int64_t n : op.bodies()[p.body].cell)
+      cell_.push_back(index(cell_of(op.water().matrix(), n)));
   }
 
   // z = V Fhat s
@@ -78,11 +82,10 @@ class Deflation::Local {
       sum += z_[cell_[m]] * body.flux.col(static_cast<Eigen::Index>(m));
     return sum;
   }
-  std::size_t local(std::int64_t n) const {
-    const Vec3i c = cell_of(op_.water().matrix(), n) - low_;
+  std::size_t index(const Vec3i& cell) const {
+    const Vec3i c = cell - low_;
     return matrix_.kind.index(c[0], c[1], c[2]);
   }
-  const PoissonMatrix& matrix() const { return matrix_; }
 
  private:
   const CoupledOperator& op_;
@@ -94,7 +97,6 @@ class Deflation::Local {
   std::vector<std::size_t> cell_;  // the body's flux cells
 };
 
-// From the surface of the body outwards by its own radius.
 Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
   const PoissonMatrix& a = op.water().matrix();
   Patch p;
@@ -105,22 +107,20 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
     low = low.cwiseMin(c), high = high.cwiseMax(c + Vec3i::Ones());
   }
   if (op.bodies()[b].cell.empty()) return p;
-  const char* env = std::getenv("MARGIN");
-  const double factor = env ? std::atof(env) : 0.5;
-  const int margin = std::max(3, static_cast<int>(factor * (high - low).maxCoeff()));
+  const int margin = std::max(kLeastMargin, static_cast<int>(kMargin * (high - low).maxCoeff()));
   p.low = (low.array() - margin).max(0);
   p.size = (high.array() + margin).min(Eigen::Array3i(a.nx, a.ny, a.nz)).matrix() - p.low;
-  for (int k = 0; k < p.size[2]; ++k)
-    for (int j = 0; j < p.size[1]; ++j) {
-      const std::size_t row = a.kind.index(p.low[0], p.low[1] + j, p.low[2] + k);
-      for (int i = 0; i < p.size[0]; ++i) {
-        if (a.kind[row + i] != CellKind::kUnknown) continue;
-        const int begin = i;
-        while (i < p.size[0] && a.kind[row + i] == CellKind::kUnknown) ++i;
-        p.runs.push_back({static_cast<std::int64_t>(row) + begin, i - begin, p.cells});
-        p.cells += i - begin;
-      }
+  const Vec3i end = p.low + p.size;
+  for (int k = p.low[2]; k < end[2]; ++k) {
+    const auto& segments = op.water().rows().plane(k);
+    for (std::size_t n = 0; n < segments.size(); ++n) {
+      const Segment& s = segments[n];
+      const int from = std::max(s.begin, p.low[0]), to = std::min(s.end, end[0]);
+      if (s.j < p.low[1] || s.j >= end[1] || from >= to) continue;
+      p.runs.push_back({from, s.j, k, to - from, n, p.cells});
+      p.cells += to - from;
     }
+  }
   return p;
 }
 
@@ -147,7 +147,7 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
       const std::vector<double>& z = local.respond(b, S.col(c));
       K.col(c) = S.transpose() * local.added_momentum(b);
       for (const Run& run : p.runs) {
-        const double* from = z.data() + local.local(run.cell);
+        const double* from = z.data() + local.index(Vec3i(run.i, run.j, run.k));
         std::copy_n(from, run.length, Z[c].data() + run.at);
       }
     }
@@ -175,24 +175,26 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
 // E = Y^T A Y
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
-  // Fhat_c^T Y for every body c
-  std::vector<MatX> flux;
-  for (const CoupledOperator::Body& body : op.bodies())
-    flux.push_back(MatX::Zero(body.flux.rows(), columns_));
+  for (Patch& p : patches_)
+    for (int block = 0; block < static_cast<int>(p.y.size()); ++block) add_product(op, p, block, E);
+  // Y^T F H^-1 F^T Y, body by body
+  std::vector<std::vector<std::pair<const Patch*, const MatX*>>> near(op.bodies().size());
   for (const Patch& p : patches_)
-    for (int block = 0; block < static_cast<int>(p.y.size()); ++block)
-      add_product(op, p, block, E, flux);
-  for (std::size_t c = 0; c < flux.size(); ++c)
-    E.noalias() += flux[c].transpose() * op.bodies()[c].inverse_mass * flux[c];
+    for (const auto& [c, flux] : p.flux) near[c].push_back({&p, &flux});
+  for (std::size_t c = 0; c < near.size(); ++c)
+    for (const auto& [p, flux] : near[c])
+      for (const auto& [o, other] : near[c])
+        E.block(p->first, o->first, p->columns, o->columns).noalias() +=
+            flux->transpose() * op.bodies()[c].inverse_mass * *other;
   factor_.compute(0.5 * (E + E.transpose()));
   if (factor_.info() != Eigen::Success) patches_.clear(), columns_ = 0;
 }
 
 // Columns of one block of E from the water, Y^T (A_water y), and of Fhat^T y.
-void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block, MatX& E,
-                            std::vector<MatX>& flux) const {
+void Deflation::add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const {
   const PoissonMatrix& a = op.water().matrix();
-  const int first = p.first + block * kBlock, columns = std::min(kBlock, p.columns - block * kBlock);
+  const int first = p.first + block * kBlock,
+            columns = std::min(kBlock, p.columns - block * kBlock);
   // y on the box and one cell around it
   const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2);
   const std::size_t sy = size[0], sz = sy * size[1];
@@ -203,17 +205,23 @@ void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block
   std::vector<float> y(sz * size[2] * kBlock, 0.0f);
   for (const Run& run : p.runs)
     std::copy_n(p.y[block].data() + run.at * kBlock, run.length * kBlock,
-                y.data() + place(cell_of(a, run.cell)));
+                y.data() + place(Vec3i(run.i, run.j, run.k)));
 
+  std::size_t touched = 0;
   for (std::size_t c = 0; c < op.bodies().size(); ++c) {
     const CoupledOperator::Body& body = op.bodies()[c];
+    MatX sum = MatX::Zero(body.flux.rows(), columns);
+    bool inside = false;
     for (std::size_t m = 0; m < body.cell.size(); ++m) {
       const Vec3i cell = cell_of(a, body.cell[m]);
       if (((cell - low).array() < 0).any() || ((cell - low - size).array() >= 0).any()) continue;
       const Eigen::Map<const Eigen::RowVectorXf> row(y.data() + place(cell), columns);
-      flux[c].middleCols(first, columns) +=
-          body.flux.col(static_cast<Eigen::Index>(m)) * row.cast<double>();
+      sum.noalias() += body.flux.col(static_cast<Eigen::Index>(m)) * row.cast<double>();
+      inside = true;
     }
+    if (!inside) continue;
+    if (block == 0) p.flux.emplace_back(c, MatX::Zero(body.flux.rows(), p.columns));
+    p.flux[touched++].second.middleCols(block * kBlock, columns) = sum;
   }
 
   for (const Patch& other : patches_) {
@@ -221,14 +229,14 @@ void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block
     if ((to.array() <= from.array()).any()) continue;
     MatX sums = MatX::Zero(static_cast<Eigen::Index>(other.y.size()) * kBlock, kBlock);
     for (const Run& run : other.runs) {
-      const Vec3i start = cell_of(a, run.cell);
+      const Vec3i start(run.i, run.j, run.k);
       if (start[1] < from[1] || start[1] >= to[1] || start[2] < from[2] || start[2] >= to[2])
         continue;
       const int begin = std::max(start[0], from[0]), end = std::min(start[0] + run.length, to[0]);
       for (std::size_t ob = 0; ob < other.y.size(); ++ob) {
         float row_sum[kBlock][kBlock] = {};
         for (int i = begin; i < end; ++i) {
-          const std::size_t n = run.cell + (i - start[0]);
+          const std::size_t n = a.kind.index(i, run.j, run.k);
           const Vec3i c(i, start[1], start[2]);
           float w[kBlock];
           const float* at = y.data() + place(c);
@@ -236,7 +244,8 @@ void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block
             Vec3i face = c, o = c;
             face[d] += side > 0, o[d] += side;
             const bool unknown = a.kind.contains(o[0], o[1], o[2]) &&
-                                 ((o - low).array() >= 0).all() && ((low + size - o).array() > 0).all();
+                                 ((o - low).array() >= 0).all() &&
+                                 ((low + size - o).array() > 0).all();
             return unknown ? a.w[d](face[0], face[1], face[2]) : 0.0;
           };
           const double diag = a.diag[n], xl = neighbour(0, -1), xh = neighbour(0, 1),
@@ -267,44 +276,68 @@ void Deflation::add_product(const CoupledOperator& op, const Patch& p, int block
   }
 }
 
-void Deflation::correct(const double* t, double* v) {
+void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,
+                        double scale, const std::vector<VecX>& response, float* z) {
   weight_.setZero(columns_);
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t n = 0; n < patches_.size(); ++n) {
     const Patch& p = patches_[n];
-    for (std::size_t block = 0; block < p.y.size(); ++block) {
-      double sum[kBlock] = {};
-      for (const Run& run : p.runs) {
-        float row[kBlock] = {};
-        const float* y = p.y[block].data() + run.at * kBlock;
-        for (int i = 0; i < run.length; ++i) {
-          const auto ti = static_cast<float>(t[run.cell + i]);
-#pragma omp simd
-          for (int l = 0; l < kBlock; ++l) row[l] += ti * y[i * kBlock + l];
-        }
-        for (int l = 0; l < kBlock; ++l) sum[l] += row[l];
-      }
-      const int first = static_cast<int>(block) * kBlock;
-      for (int l = 0; l < kBlock && first + l < p.columns; ++l) weight_[p.first + first + l] = sum[l];
-    }
+    gather(water, layout, p, r, scale, z);
+    for (const auto& [c, flux] : p.flux)
+      weight_.segment(p.first, p.columns).noalias() -=
+          flux.transpose() * response[c].head(flux.rows());
   }
   factor_.solveInPlace(weight_);
-  for (const Patch& p : patches_)
+  for (const Patch& p : patches_) scatter(layout, p, z);  // patches overlap
+}
+
+// The patch's entries of Y^T (scale r - A_water z).
+void Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
+                       const double* r, double scale, const float* z) {
+  const PoissonMatrix& a = water.matrix();
+  thread_local std::vector<double> product;
+  thread_local std::vector<float> t;
+  product.resize(a.nx), t.resize(a.nx);
+  MatX sums = MatX::Zero(kBlock, static_cast<Eigen::Index>(p.y.size()));
+  for (const Run& run : p.runs) {
+    const Segment& s = water.rows().plane(run.k)[run.segment];
+    const double* c =
+        s.uniform ? nullptr : water.coefficients(run.k, run.segment) + (run.i - s.begin);
+    product_row(layout, c, s.end - s.begin, z + layout(run.i, run.j, run.k), run.length,
+                product.data());
+    const double* rr = r + a.kind.index(run.i, run.j, run.k);
+    for (int i = 0; i < run.length; ++i) t[i] = static_cast<float>(scale * rr[i] - product[i]);
     for (std::size_t block = 0; block < p.y.size(); ++block) {
-      const int first = static_cast<int>(block) * kBlock;
-      float weight[kBlock] = {};
-      for (int l = 0; l < kBlock && first + l < p.columns; ++l)
-        weight[l] = static_cast<float>(weight_[p.first + first + l]);
-      for (const Run& run : p.runs) {
-        const float* y = p.y[block].data() + run.at * kBlock;
-        for (int i = 0; i < run.length; ++i) {
-          float sum = 0.0f;
+      const float* y = p.y[block].data() + run.at * kBlock;
+      float row[kBlock] = {};
+      for (int i = 0; i < run.length; ++i) {
+#pragma omp simd
+        for (int l = 0; l < kBlock; ++l) row[l] += t[i] * y[i * kBlock + l];
+      }
+      for (int l = 0; l < kBlock; ++l) sums(l, static_cast<Eigen::Index>(block)) += row[l];
+    }
+  }
+  weight_.segment(p.first, p.columns) = sums.reshaped().head(p.columns);
+}
+
+// z += the patch's part of Y times the weights
+void Deflation::scatter(const PaddedLayout& layout, const Patch& p, float* z) const {
+  for (std::size_t block = 0; block < p.y.size(); ++block) {
+    const int first = static_cast<int>(block) * kBlock;
+    float weight[kBlock] = {};
+    for (int l = 0; l < kBlock && first + l < p.columns; ++l)
+      weight[l] = static_cast<float>(weight_[p.first + first + l]);
+    for (const Run& run : p.runs) {
+      const float* y = p.y[block].data() + run.at * kBlock;
+      float* zr = z + layout(run.i, run.j, run.k);
+      for (int i = 0; i < run.length; ++i) {
+        float sum = 0.0f;
 #pragma omp simd reduction(+ : sum)
-          for (int l = 0; l < kBlock; ++l) sum += weight[l] * y[i * kBlock + l];
-          v[run.cell + i] += sum;
-        }
+        for (int l = 0; l < kBlock; ++l) sum += weight[l] * y[i * kBlock + l];
+        zr[i] += sum;
       }
     }
+  }
 }
 
 std::size_t Deflation::bytes() const {

@@ -89,6 +89,10 @@ struct Multigrid::Impl {
   int used = 0;
   DirectSolver direct;
   std::vector<double> projected;  // r without constants
+  PaddedLayout layout;            // of the finest level
+  std::vector<double> plane_sum;
+
+  double cycle_in_place();
 
   void setup();
   void cycle(int l);
@@ -128,6 +132,26 @@ void Multigrid::Impl::setup() {
     next().coarsen(fine);
   }
   direct.setup(levels[used - 1]);
+  const MultigridLevel& fine = levels[0];
+  std::copy(low, low + 3, layout.low);
+  layout.nx = fine.nx, layout.ny = fine.ny, layout.nz = fine.nz;
+  layout.sy = fine.sy, layout.sz = fine.sz, layout.size = fine.x.size();
+}
+
+double Multigrid::Impl::cycle_in_place() {
+  if (used == 0) return 0.0;
+  MultigridLevel& fine = levels[0];
+  plane_sum.assign(fine.nz, 0.0);
+  const auto add_plane = [&](int k) { plane_sum[k] = fine.work(k); };
+  if (used == 1) {
+    direct.solve(fine);
+    for (int k = 0; k < fine.nz; ++k) add_plane(k);
+  } else {
+    descend(0, [&](int k) { fine.start(k); });
+    cycle(1);
+    ascend(0, add_plane);
+  }
+  return std::accumulate(plane_sum.begin(), plane_sum.end(), 0.0);
 }
 
 // x = V b on level l, from x = 0
@@ -225,6 +249,11 @@ void Multigrid::Impl::apply(const double* r, double* z) {
 }
 
 void Multigrid::apply(const double* r, double* z) { impl_->apply(r, z); }
+
+double Multigrid::cycle() { return impl_->cycle_in_place(); }
+const PaddedLayout& Multigrid::layout() const { return impl_->layout; }
+float* Multigrid::rhs() { return impl_->levels[0].b.data(); }
+float* Multigrid::iterate() { return impl_->levels[0].x.data(); }
 
 int Multigrid::levels() const { return impl_->used; }
 

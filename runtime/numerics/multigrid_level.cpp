@@ -106,6 +106,20 @@ void MultigridLevel::start(int k) {
   }
 }
 
+double MultigridLevel::work(int k) const {
+  double total = 0.0;
+  for (const Segment& s : rows.plane(k)) {
+    const std::size_t at = index(s.begin, s.j, k);
+    const float *rhs = b.data() + at, *value = x.data() + at;
+    double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+    for (int i = 0; i < s.end - s.begin; ++i)
+      sum += static_cast<double>(rhs[i]) * static_cast<double>(value[i]);
+    total += sum;
+  }
+  return total;
+}
+
 void MultigridLevel::restrict_residual(int k, MultigridLevel& coarse) const {
   float* plane = coarse.b.data() + coarse.index(-1, -1, k / 2);
   if (k % 2 == 0) std::fill(plane, plane + coarse.sz, 0.0f);

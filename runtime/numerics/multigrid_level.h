@@ -48,6 +48,8 @@ struct MultigridLevel {
   /// x += the coarse value, on red cells of plane k (black ones are overwritten by the relaxation
   /// that follows).
   void prolong(int k, const MultigridLevel& coarse);
+  /// Sum of b x over plane k.
+  double work(int k) const;
 
  private:
   void resize(int nx_new, int ny_new, int nz_new);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/numerics/pcg.h"
 #include "tests/bench/mic0.h"
 #include "tests/support/coupled_scene.h"
 #ifdef ARCHETIDE_HYPRE
