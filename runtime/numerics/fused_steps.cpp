@@ -68,29 +68,34 @@ double FusedSteps::direction(double step, float zs, const float* z, float beta, 
                              double* q) {
   const PoissonMatrix& a = op_->matrix();
   sum_.assign(layout_.nz, 0.0);
-  wavefront(layout_.nz, 2, parallel(), [&](int stage, int plane) {
-    const int k = plane + layout_.low[2];
-    const auto& segments = op_->rows().plane(k);
-    double sum = 0.0;
-    for (std::size_t m = 0; m < segments.size(); ++m) {
-      const Segment& s = segments[m];
-      const std::size_t at = layout_(s.begin, s.j, k), cell = a.kind.index(s.begin, s.j, k);
-      const int n = s.end - s.begin;
-      if (stage == 0) {
-        const float* zr = z + at;
-        float* pr = p + at;
-        double* xr = x + cell;
+  constexpr int kStages = 2;
+  const std::size_t row_bytes = layout_.sy * (2 * sizeof(float) + 2 * sizeof(double));
+  wavefront(layout_.nz, layout_.ny, strip_rows(kStages, row_bytes), kStages, parallel(),
+            [&](int stage, int plane, int first, int end) {
+              const int k = plane + layout_.low[2];
+              const auto& all = op_->rows().plane(k);
+              const auto rows = op_->rows().rows(k, first + layout_.low[1], end + layout_.low[1]);
+              double sum = 0.0;
+              for (const Segment& s : rows) {
+                const std::size_t at = layout_(s.begin, s.j, k),
+                                  cell = a.kind.index(s.begin, s.j, k);
+                const int n = s.end - s.begin;
+                if (stage == 0) {
+                  const float* zr = z + at;
+                  float* pr = p + at;
+                  double* xr = x + cell;
 #pragma omp simd
-        for (int i = 0; i < n; ++i) {
-          xr[i] += step * static_cast<double>(pr[i]);
-          pr[i] = zs * zr[i] + beta * pr[i];
-        }
-      } else {
-        sum += row(layout_, s.uniform ? nullptr : op_->coefficients(k, m), n, p + at, n, q + cell);
-      }
-    }
-    if (stage == 1) sum_[plane] = sum;
-  });
+                  for (int i = 0; i < n; ++i) {
+                    xr[i] += step * static_cast<double>(pr[i]);
+                    pr[i] = zs * zr[i] + beta * pr[i];
+                  }
+                } else {
+                  const double* c = s.uniform ? nullptr : op_->coefficients(k, &s - all.data());
+                  sum += row(layout_, c, n, p + at, n, q + cell);
+                }
+              }
+              if (stage == 1) sum_[plane] += sum;
+            });
   return total();
 }
 
