@@ -9,7 +9,7 @@ namespace archetide {
 void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
                             const std::vector<CoupledBody>& bodies) {
   water_.setup(s.matrix);
-  closed_.setup(s.matrix);
+  closed_.setup(water_);
   bodies_.resize(bodies.size());
   const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
   for (std::size_t b = 0; b < bodies.size(); ++b) {

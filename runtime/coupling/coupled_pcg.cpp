@@ -45,11 +45,8 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
   const Stopwatch watch;
   options_ = options;
   report_ = {};
-  const Blocks& blocks = op_->blocks();
-  copy(blocks, b, r_.data());
-  op_->project(r_.data());
-  const double norm_b = norm(blocks, r_.data());
-  if (norm_b == 0.0) fill(blocks, 0.0, x);
+  const double norm_b = norm_in_range(b);
+  if (norm_b == 0.0) fill(op_->blocks(), 0.0, x);
   target_ = std::fmax(options.tolerance * norm_b, options.absolute);
   energy_target_ = 0.0;
 
@@ -73,6 +70,14 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
   return report_;
 }
 
+// |b| of its part in the range of A.
+double CoupledPcg::norm_in_range(const double* b) {
+  if (op_->closed().empty()) return std::sqrt(steps_.square(b));
+  copy(op_->blocks(), b, r_.data());
+  op_->project(r_.data());
+  return std::sqrt(steps_.square(r_.data()));
+}
+
 // r = b - A x, returns |r|
 double CoupledPcg::true_residual(const double* b, double* x) {
   const double square = steps_.residual(b, x, r_.data());
@@ -80,7 +85,7 @@ double CoupledPcg::true_residual(const double* b, double* x) {
   for (std::size_t n = 0; n < op_->bodies().size(); ++n)
     op_->scatter(n, -(op_->bodies()[n].inverse_mass * op_->gather(n, x)), r_.data());
   op_->project(r_.data());
-  return norm(op_->blocks(), r_.data());
+  return std::sqrt(steps_.square(r_.data()));
 }
 
 // H^-1 Fhat^T z of every body.
@@ -176,7 +181,6 @@ bool CoupledPcg::close_enough(const double* b, double* x, double rho) {
 double CoupledPcg::iterate(const double* b, double* x, double residual) {
   if (!(residual > 0.0) || !std::isfinite(residual)) return residual;
   const double unit = std::ldexp(1.0, -std::ilogb(residual));
-  std::fill(p_.begin(), p_.end(), 0.0f);
   steps_.load(r_.data(), unit, cycle_->rhs());
   double scale = unit, rho = precondition(scale) / (scale * scale), beta = 0.0;
   pending_ = 0.0;

@@ -37,6 +37,7 @@ class CoupledPcg {
   std::size_t bytes() const;
 
  private:
+  double norm_in_range(const double* b);
   double true_residual(const double* b, double* x);
   double iterate(const double* b, double* x, double residual);
   double precondition(double scale);

@@ -6,11 +6,19 @@
 namespace archetide {
 namespace {
 
-// Net outflow of the water through the open part of a cell's faces, m/s (per dx^2).
-double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int k) {
-  return w[0](i + 1, j, k) * u[0](i + 1, j, k) - w[0](i, j, k) * u[0](i, j, k) +
-         w[1](i, j + 1, k) * u[1](i, j + 1, k) - w[1](i, j, k) * u[1](i, j, k) +
-         w[2](i, j, k + 1) * u[2](i, j, k + 1) - w[2](i, j, k) * u[2](i, j, k);
+// out = net outflow of the water through the open part of the faces of cells begin <= i < end of
+// row (j, k), m/s (per dx^2).
+void outflow_row(const FaceField<double>& w, const MacField& u, int j, int k, int begin, int end,
+                 double* out) {
+  const double *wx = &w[0](0, j, k), *ux = &u[0](0, j, k);
+  const double *ws = &w[1](0, j, k), *us = &u[1](0, j, k);
+  const double *wn = &w[1](0, j + 1, k), *un = &u[1](0, j + 1, k);
+  const double *wd = &w[2](0, j, k), *ud = &u[2](0, j, k);
+  const double *wu = &w[2](0, j, k + 1), *uu = &u[2](0, j, k + 1);
+#pragma omp simd
+  for (int i = begin; i < end; ++i)
+    out[i] = (wx[i + 1] * ux[i + 1] - wx[i] * ux[i]) + (wn[i] * un[i] - ws[i] * us[i]) +
+             (wu[i] * uu[i] - wd[i] * ud[i]);
 }
 
 // Through a smaller opening the flux is right but the velocity is not (measured beside a falling
@@ -18,40 +26,80 @@ double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int 
 // from the faces around instead.
 constexpr double kTrustedOpening = 0.5;
 
+// One row of faces of an axis: the cells on its low and high side (null: beyond the grid).
+struct FaceRow {
+  const double* w;
+  const CellKind *low, *high;
+  const double *x_low, *x_high;
+};
+
+// v -= x_high - x_low between unknowns; marks valid faces. Returns whether a face is left that lies
+// between an unknown and something else.
+bool apply_between_unknowns(const FaceRow& row, int begin, int end, double* v,
+                            unsigned char* valid) {
+  int left = 0;
+#pragma omp simd reduction(| : left)
+  for (int i = begin; i < end; ++i) {
+    const bool open = row.w[i] != 0.0, low = row.low[i] == CellKind::kUnknown,
+               high = row.high[i] == CellKind::kUnknown;
+    v[i] -= open & low & high ? row.x_high[i] - row.x_low[i] : 0.0;
+    valid[i] = (low | high) & (row.w[i] >= kTrustedOpening);
+    left |= open & (low != high);
+  }
+  return left != 0;
+}
+
 // u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
 void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const Array3<double>& x,
                     MacField& u, FaceField<unsigned char>& valid) {
   const Array3<CellKind>& kind = s.matrix.kind;
+  const auto unknown = [&](const Vec3i& c) {
+    return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
+  };
+  const std::vector<CellKind> nothing(g.nx, CellKind::kOutside);
+  const std::vector<double> zero(g.nx, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const Array3<double>& w = s.matrix.w[axis];
     Array3<double>& v = u[axis];
+    // A face between water and a prescribed value, or a side of the tank.
+    const auto apply_at_surface = [&](const Vec3i& high) {
+      const std::size_t f = v.index(high[0], high[1], high[2]);
+      if (w[f] == 0.0) return;
+      const Vec3i low = high - Vec3i::Unit(axis);
+      const bool high_water = unknown(high), low_water = unknown(low);
+      if (high_water == low_water) return;
+      const Vec3i& c = low_water ? low : high;
+      const SurfaceFace face =
+          surface_face(g, s.surface, s.matrix.w, s.hydrostatics, c, axis, low_water ? 1 : -1);
+      const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
+      v[f] -= (low_water ? there - here : here - there) / face.theta;
+    };
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < v.nz(); ++k)
-      for (int j = 0; j < v.ny(); ++j)
-        for (int i = 0; i < v.nx(); ++i) {
-          const std::size_t f = v.index(i, j, k);
-          valid[axis][f] = 0;
-          if (w[f] == 0.0) continue;
-          const Vec3i high(i, j, k), low = high - Vec3i::Unit(axis);
-          const auto unknown = [&](const Vec3i& c) {
-            return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
-          };
-          const bool high_water = unknown(high), low_water = unknown(low);
-          if (!high_water && !low_water) continue;
-          valid[axis][f] = w[f] >= kTrustedOpening;
-          if (high_water && low_water) {
-            v[f] -= x(i, j, k) - x(low[0], low[1], low[2]);
-          } else if (low_water) {
-            const SurfaceFace face =
-                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, low, axis, 1);
-            v[f] -=
-                (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
-          } else {
-            const SurfaceFace face =
-                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, high, axis, -1);
-            v[f] -= (x(i, j, k) - to_phi * (face.value - s.surface_mean)) / face.theta;
-          }
+      for (int j = 0; j < v.ny(); ++j) {
+        const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0;
+        const bool has_high = axis == 0 || (axis == 1 ? j < g.ny : k < g.nz);
+        const std::ptrdiff_t at =
+            static_cast<std::ptrdiff_t>(g.nx) * (j + static_cast<std::ptrdiff_t>(g.ny) * k);
+        const std::ptrdiff_t to_low = at - (axis == 0   ? 1
+                                            : axis == 1 ? g.nx
+                                                        : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
+        const FaceRow row{&w(0, j, k), has_low ? kind.data() + to_low : nothing.data(),
+                          has_high ? kind.data() + at : nothing.data(),
+                          has_low ? x.data() + to_low : zero.data(),
+                          has_high ? x.data() + at : zero.data()};
+        unsigned char* flags = &valid[axis](0, j, k);
+        const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
+        const bool left = apply_between_unknowns(row, begin, g.nx, &v(0, j, k), flags);
+        if (axis == 0) {
+          flags[0] = unknown({0, j, k}) && row.w[0] >= kTrustedOpening;
+          flags[g.nx] = unknown({g.nx - 1, j, k}) && row.w[g.nx] >= kTrustedOpening;
+          apply_at_surface({0, j, k});
+          apply_at_surface({g.nx, j, k});
         }
+        if (left)
+          for (int i = begin; i < g.nx; ++i) apply_at_surface({i, j, k});
+      }
   }
 }
 
@@ -82,26 +130,31 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
 
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
   // on.
-  rhs_.assign(operator_.size(), 0.0);
-  std::vector<double>& ones = rhs_;
-  for (std::size_t n = 0; n < ones.size(); ++n) ones[n] = s.matrix.kind[n] == CellKind::kUnknown;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
-    body.impulse = -dt * rho * s.surface_mean * g.dx * g.dx * operator_.gather(b, ones.data());
+    body.impulse =
+        -dt * rho * s.surface_mean * g.dx * g.dx * operator_.bodies()[b].flux.rowwise().sum();
     body.y = body.y_star + body.inverse_mass * body.impulse;
   }
 
-  // b = Fhat y - sum sign w u* + surface terms
+  // b = Fhat y - sum sign w u* + surface terms, on unknowns; phi = 0 elsewhere
   const double to_phi = dt / g.dx;
+  rhs_.resize(operator_.size());
 #pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t n = s.matrix.kind.index(i, j, k);
-        const bool water = s.matrix.kind[n] == CellKind::kUnknown;
-        rhs_[n] = water ? to_phi * s.surface_rhs[n] - outflow(s.matrix.w, u, i, j, k) : 0.0;
-        if (!water) pressure[n] = 0.0;
-      }
+  for (int k = 0; k < g.nz; ++k) {
+    std::size_t done = s.matrix.kind.index(0, 0, k);
+    for (const Segment& segment : operator_.water().rows().plane(k)) {
+      const std::size_t row = s.matrix.kind.index(0, segment.j, k);
+      std::fill(pressure.data() + done, pressure.data() + row + segment.begin, 0.0);
+      done = row + segment.end;
+      double* rhs = rhs_.data() + row;
+      const double* surface = s.surface_rhs.data() + row;
+      outflow_row(s.matrix.w, u, segment.j, k, segment.begin, segment.end, rhs);
+#pragma omp simd
+      for (int i = segment.begin; i < segment.end; ++i) rhs[i] = to_phi * surface[i] - rhs[i];
+    }
+    std::fill(pressure.data() + done, pressure.data() + s.matrix.kind.index(0, 0, k + 1), 0.0);
+  }
   for (std::size_t b = 0; b < bodies.size(); ++b) operator_.scatter(b, bodies[b].y, rhs_.data());
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
@@ -141,13 +194,17 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
           body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
   double largest = 0.0;
 #pragma omp parallel for schedule(static) reduction(max : largest)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t n = s.matrix.kind.index(i, j, k);
-        if (s.matrix.kind[n] != CellKind::kUnknown) continue;
-        largest = std::max(largest, std::abs(outflow(s.matrix.w, u, i, j, k) + defect[n]));
-      }
+  for (int k = 0; k < g.nz; ++k) {
+    std::vector<double> net(g.nx);
+    for (int j = 0; j < g.ny; ++j) {
+      const CellKind* kind = &s.matrix.kind(0, j, k);
+      if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
+      outflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
+      const double* row = defect.data() + s.matrix.kind.index(0, j, k);
+      for (int i = 0; i < g.nx; ++i)
+        if (kind[i] == CellKind::kUnknown) largest = std::max(largest, std::abs(net[i] + row[i]));
+    }
+  }
   return largest / g.dx;
 }
 

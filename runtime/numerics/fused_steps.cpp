@@ -174,6 +174,23 @@ void FusedSteps::load(const double* r, double scale, float* b) {
   });
 }
 
+double FusedSteps::square(const double* r) {
+  const PoissonMatrix& a = op_->matrix();
+  for_planes([&](int plane) {
+    const int k = plane + layout_.low[2];
+    double total_plane = 0.0;
+    for (const Segment& s : op_->rows().plane(k)) {
+      const double* rr = r + a.kind.index(s.begin, s.j, k);
+      double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+      for (int i = 0; i < s.end - s.begin; ++i) sum += rr[i] * rr[i];
+      total_plane += sum;
+    }
+    sum_[plane] = total_plane;
+  });
+  return total();
+}
+
 double FusedSteps::work(const double* r, const float* z) {
   const PoissonMatrix& a = op_->matrix();
   for_planes([&](int plane) {

@@ -27,6 +27,8 @@ class FusedSteps {
   void advance(double step, const float* p, double* x);
   /// b = scale r
   void load(const double* r, double scale, float* b);
+  /// r . r
+  double square(const double* r);
   /// r . z
   double work(const double* r, const float* z);
 

@@ -97,6 +97,10 @@ void residual_uniform(const Row& row, float* out) {
 void MultigridLevel::relax(const Rows& r, Colour colour) {
   for_rows(*this, r, [&](const Row& row) {
     float value[kPiece];
+    if (row.n == 1) {  // beside a wall
+      if ((row.begin + row.j + r.k + static_cast<int>(colour)) & 1) return;
+      return relax_general(row, x.data() + row.at());
+    }
     row.coefficient ? relax_general(row, value) : relax_uniform(row, value);
     blend(row.n, row.begin + row.j + r.k + static_cast<int>(colour), value, x.data() + row.at());
   });
