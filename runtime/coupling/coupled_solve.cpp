@@ -74,7 +74,7 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
       const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
       v[f] -= (low_water ? there - here : here - there) / face.theta;
     };
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(dynamic, 4)
     for (int k = 0; k < v.nz(); ++k)
       for (int j = 0; j < v.ny(); ++j) {
         const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0;
@@ -140,7 +140,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   // b = Fhat y - sum sign w u* + surface terms, on unknowns; phi = 0 elsewhere
   const double to_phi = dt / g.dx;
   rhs_.resize(operator_.size());
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(dynamic, 4)
   for (int k = 0; k < g.nz; ++k) {
     std::size_t done = s.matrix.kind.index(0, 0, k);
     for (const Segment& segment : operator_.water().rows().plane(k)) {
@@ -193,7 +193,7 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
       defect[body.flux.cell[m]] -=
           body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
   double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
+#pragma omp parallel for schedule(dynamic, 4) reduction(max : largest)
   for (int k = 0; k < g.nz; ++k) {
     std::vector<double> net(g.nx);
     for (int j = 0; j < g.ny; ++j) {

@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "runtime/numerics/fused_steps.h"
 #include "runtime/numerics/multigrid.h"
@@ -56,45 +58,43 @@ MatX root(const MatX& inverse_mass) {
 // The V-cycle of a box around a body.
 class Deflation::Local {
  public:
-  Local(const CoupledOperator& op, const Patch& p) : op_(op), low_(p.low) {
+  Local(const CoupledOperator& op, const Patch& p) : body_(op.bodies()[p.body]), low_(p.low) {
     crop(op.water().matrix(), p.low, p.size, matrix_);
     water_.setup(matrix_);
     cycle_.setup(water_);
-    r_.assign(matrix_.size(), 0.0);
-    z_.assign(matrix_.size(), 0.0);
-    for (std::int64_t n : op.bodies()[p.body].cell)
-      cell_.push_back(index(cell_of(op.water().matrix(), n)));
+    std::fill_n(cycle_.rhs(), cycle_.layout().size, 0.0f);
+    for (std::int64_t n : body_.cell) place_.push_back(place(cell_of(op.water().matrix(), n)));
   }
 
-  // z = V Fhat s
-  const std::vector<double>& respond(std::size_t b, const VecX& s) {
-    const CoupledOperator::Body& body = op_.bodies()[b];
-    for (std::size_t m = 0; m < cell_.size(); ++m)
-      r_[cell_[m]] = body.flux.col(static_cast<Eigen::Index>(m)).dot(s);
-    cycle_.apply(r_.data(), z_.data());
-    return z_;
+  // V Fhat s, at place(cell)
+  const float* respond(const VecX& s) {
+    for (std::size_t m = 0; m < place_.size(); ++m)
+      cycle_.rhs()[place_[m]] =
+          static_cast<float>(body_.flux.col(static_cast<Eigen::Index>(m)).dot(s));
+    cycle_.cycle();
+    return cycle_.iterate();
   }
-  // Fhat^T z
-  VecX added_momentum(std::size_t b) const {
-    const CoupledOperator::Body& body = op_.bodies()[b];
-    VecX sum = VecX::Zero(body.flux.rows());
-    for (std::size_t m = 0; m < cell_.size(); ++m)
-      sum += z_[cell_[m]] * body.flux.col(static_cast<Eigen::Index>(m));
+  // Fhat^T of the last response
+  VecX added_momentum() {
+    const float* z = cycle_.iterate();
+    VecX sum = VecX::Zero(body_.flux.rows());
+    for (std::size_t m = 0; m < place_.size(); ++m)
+      sum.noalias() +=
+          static_cast<double>(z[place_[m]]) * body_.flux.col(static_cast<Eigen::Index>(m));
     return sum;
   }
-  std::size_t index(const Vec3i& cell) const {
+  std::size_t place(const Vec3i& cell) const {
     const Vec3i c = cell - low_;
-    return matrix_.kind.index(c[0], c[1], c[2]);
+    return cycle_.layout()(c[0], c[1], c[2]);
   }
 
  private:
-  const CoupledOperator& op_;
+  const CoupledOperator::Body& body_;
   Vec3i low_;
   PoissonMatrix matrix_;
   PoissonOperator water_;
   Multigrid cycle_;
-  std::vector<double> r_, z_;
-  std::vector<std::size_t> cell_;  // the body's flux cells
+  std::vector<std::size_t> place_;  // of the body's flux cells
 };
 
 Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
@@ -107,7 +107,8 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
     low = low.cwiseMin(c), high = high.cwiseMax(c + Vec3i::Ones());
   }
   if (op.bodies()[b].cell.empty()) return p;
-  const int margin = std::max(kLeastMargin, static_cast<int>(kMargin * (high - low).maxCoeff()));
+  p.extent = (high - low).maxCoeff();
+  const int margin = std::max(kLeastMargin, static_cast<int>(kMargin * p.extent));
   p.low = (low.array() - margin).max(0);
   p.size = (high.array() + margin).min(Eigen::Array3i(a.nx, a.ny, a.nz)).matrix() - p.low;
   const Vec3i end = p.low + p.size;
@@ -124,7 +125,31 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
   return p;
 }
 
-Deflation::Expectation Deflation::expect(const CoupledOperator&) { return {}; }
+// Added mass / body mass in each direction of a body, estimated from its flux alone: exact for the
+// translations of a sphere, too much for finer motions.
+VecX Deflation::lightness(const CoupledOperator::Body& body, const MatX& S, int extent) {
+  const MatX FS = S.transpose() * body.flux;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(FS * FS.transpose(), Eigen::EigenvaluesOnly);
+  return 0.35 * extent * eigen.eigenvalues();
+}
+
+Deflation::Expectation Deflation::expect(const CoupledOperator& op,
+                                         const std::vector<Patch>& patches) {
+  Expectation e;
+  double largest = 0.0;
+  int directions = 0;
+  for (const Patch& p : patches) {
+    const CoupledOperator::Body& body = op.bodies()[p.body];
+    const VecX l = lightness(body, root(body.inverse_mass), p.extent);
+    largest = std::max(largest, l.maxCoeff());
+    directions += static_cast<int>((l.array() > kKept).count());
+    e.cost += static_cast<double>(l.size()) * static_cast<double>(p.cells);
+  }
+  if (std::getenv("DEFL_DEBUG"))
+    std::printf("largest %g directions %d cells x dofs / unknowns %g\n", largest, directions,
+                e.cost / op.water().unknowns());
+  return e;
+}
 
 void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
   patches_.clear();
@@ -134,42 +159,52 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
     Patch p = box_of(op, b);
     if (p.cells > 0) patches_.push_back(std::move(p));
   }
+  if (patches_.empty()) return;
+  const Expectation e = expect(op, patches_);
+  if (choice == DeflationChoice::kAuto && e.saved <= e.cost) return patches_.clear();
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t n = 0; n < patches_.size(); ++n) {
-    Patch& p = patches_[n];
-    const std::size_t b = p.body;
-    Local local(op, p);
-    const MatX S = root(op.bodies()[b].inverse_mass);
-    const auto dofs = S.cols();
-    std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells));
-    MatX K(dofs, dofs);  // S^T F^T V F S
-    for (Eigen::Index c = 0; c < dofs; ++c) {
-      const std::vector<double>& z = local.respond(b, S.col(c));
-      K.col(c) = S.transpose() * local.added_momentum(b);
-      for (const Run& run : p.runs) {
-        const double* from = z.data() + local.index(Vec3i(run.i, run.j, run.k));
-        std::copy_n(from, run.length, Z[c].data() + run.at);
-      }
-    }
-    const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (K + K.transpose()));
-    std::vector<Eigen::Index> kept;
-    for (Eigen::Index c = dofs - 1; c >= 0 && eigen.eigenvalues()[c] > kKept; --c)
-      kept.push_back(c);
-    p.columns = static_cast<int>(kept.size());
-    p.y.assign((kept.size() + kBlock - 1) / kBlock, Block(p.cells * kBlock, 0.0f));
-    for (std::size_t c = 0; c < kept.size(); ++c) {
-      float* to = p.y[c / kBlock].data() + c % kBlock;
-      const VecX q = eigen.eigenvectors().col(kept[c]) / eigen.eigenvalues()[kept[c]];
-      for (Eigen::Index d = 0; d < dofs; ++d) {
-        const auto f = static_cast<float>(q[d]);
-        const float* from = Z[d].data();
-        for (std::size_t m = 0; m < p.cells; ++m) to[m * kBlock] += f * from[m];
-      }
-    }
-  }
+  for (std::size_t n = 0; n < patches_.size(); ++n) fill(op, patches_[n]);
   std::erase_if(patches_, [](const Patch& p) { return p.columns == 0; });
   for (Patch& p : patches_) p.first = columns_, columns_ += p.columns;
   if (columns_ > 0) assemble(op);
+}
+
+// Y of one body: V F S Q, with Q the eigenvectors of S^T F^T V F S whose eigenvalues (added mass /
+// body mass) count.
+void Deflation::fill(const CoupledOperator& op, Patch& p) {
+  Local local(op, p);
+  const MatX S = root(op.bodies()[p.body].inverse_mass);
+  const auto dofs = S.cols();
+  std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells));
+  MatX K(dofs, dofs);
+  for (Eigen::Index c = 0; c < dofs; ++c) {
+    const float* z = local.respond(S.col(c));
+    K.col(c) = S.transpose() * local.added_momentum();
+    for (const Run& run : p.runs)
+      std::copy_n(z + local.place(Vec3i(run.i, run.j, run.k)), run.length, Z[c].data() + run.at);
+  }
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (K + K.transpose()));
+  p.columns = static_cast<int>((eigen.eigenvalues().array() > kKept).count());
+  if (std::getenv("DEFL_DEBUG") && p.body == 0)
+    std::printf("true %g columns %d\n", eigen.eigenvalues().maxCoeff(), p.columns);
+  p.y.assign((p.columns + kBlock - 1) / kBlock, Block(p.cells * kBlock));
+  for (int block = 0; block < static_cast<int>(p.y.size()); ++block) {
+    std::vector<float> q(dofs * kBlock, 0.0f);  // dofs x kBlock
+    for (int c = 0; c < kBlock && block * kBlock + c < p.columns; ++c) {
+      const Eigen::Index e = dofs - 1 - block * kBlock - c;
+      for (Eigen::Index d = 0; d < dofs; ++d)
+        q[d * kBlock + c] = static_cast<float>(eigen.eigenvectors()(d, e) / eigen.eigenvalues()[e]);
+    }
+    for (std::size_t m = 0; m < p.cells; ++m) {
+      float sum[kBlock] = {};
+      for (Eigen::Index d = 0; d < dofs; ++d) {
+        const float z = Z[d][m], *qd = q.data() + d * kBlock;
+#pragma omp simd
+        for (int l = 0; l < kBlock; ++l) sum[l] += z * qd[l];
+      }
+      std::copy_n(sum, kBlock, p.y[block].data() + m * kBlock);
+    }
+  }
 }
 
 // E = Y^T A Y

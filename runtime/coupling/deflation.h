@@ -37,7 +37,6 @@ class Deflation {
   struct Expectation {
     double saved = 0.0, cost = 0.0;
   };
-  static Expectation expect(const CoupledOperator& op);
 
  private:
   static constexpr int kBlock = 16;  // columns worked on at once
@@ -53,6 +52,7 @@ class Deflation {
   /// Y of one body: columns first .. first + columns - 1 on a box of cells.
   struct Patch {
     int body = 0;
+    int extent = 0;  // of the body, cells
     Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
     std::vector<Run> runs;
     std::size_t cells = 0;  // unknowns
@@ -63,6 +63,9 @@ class Deflation {
   class Local;
 
   static Patch box_of(const CoupledOperator& op, std::size_t b);
+  static VecX lightness(const CoupledOperator::Body& body, const MatX& S, int extent);
+  static Expectation expect(const CoupledOperator& op, const std::vector<Patch>& patches);
+  static void fill(const CoupledOperator& op, Patch& p);
   void assemble(const CoupledOperator& op);
   void add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const;
   void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,

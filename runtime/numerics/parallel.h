@@ -11,14 +11,15 @@ namespace archetide {
 /// save.
 inline constexpr std::size_t kParallelCells = 48 * 48 * 48;
 
-/// f(0) .. f(n - 1) in any order, each exactly once.
+/// f(0) .. f(n - 1) in any order, each exactly once. In small portions: often the planes of a tank,
+/// of which those above the water are soon done.
 template <class F>
 void for_each_index(int n, bool parallel, F&& f) {
   if (!parallel) {
     for (int i = 0; i < n; ++i) f(i);
     return;
   }
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(dynamic, 4)
   for (int i = 0; i < n; ++i) f(i);
 }
 
