@@ -40,7 +40,8 @@ class Deflation {
 
  private:
   static constexpr int kBlock = 16;  // columns worked on at once
-  using Block = std::vector<float>;  // cells of the patch x kBlock
+  using Block = std::vector<float>;  // kBlock x cells of the patch, a cell's columns together
+  using BlockMap = Eigen::Map<const Eigen::Matrix<float, kBlock, Eigen::Dynamic>>;
 
   /// A stretch of unknowns of a patch, within segment number `segment` of its plane.
   struct Run {
@@ -63,9 +64,15 @@ class Deflation {
   class Local;
 
   static Patch box_of(const CoupledOperator& op, std::size_t b);
-  static VecX lightness(const CoupledOperator::Body& body, const MatX& S, int extent);
-  static Expectation expect(const CoupledOperator& op, const std::vector<Patch>& patches);
-  static void fill(const CoupledOperator& op, Patch& p);
+  /// Directions of a body that are worth deflating, and its largest added mass / body mass.
+  struct Light {
+    MatX S;  // (6 + r) x directions
+    double ratio = 0.0;
+  };
+  static Light light_directions(const CoupledOperator::Body& body, int extent);
+  static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
+                            const std::vector<Light>& light);
+  static void fill(const CoupledOperator& op, const MatX& S, Patch& p);
   void assemble(const CoupledOperator& op);
   void add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const;
   void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
