@@ -1,33 +1,24 @@
 #include "runtime/coupling/coupled_solve.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace archetide {
 namespace {
 
-// The multigrid cycle of the water with an exact correction of the closed regions' constants.
-class CoupledPreconditioner {
- public:
-  CoupledPreconditioner(const CoupledOperator& op, Multigrid& cycle) : op_(op), cycle_(cycle) {}
-  void apply(const double* r, double* z) {
-    cycle_.apply(r, z);
-    op_.add_closed_correction(r, z);
-    op_.project(z);
-  }
-
- private:
-  const CoupledOperator& op_;
-  Multigrid& cycle_;
-};
-
-// Net outflow of the water through the open part of a cell's faces, m/s (per dx^2).
-double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int k) {
-  return w[0](i + 1, j, k) * u[0](i + 1, j, k) - w[0](i, j, k) * u[0](i, j, k) +
-         w[1](i, j + 1, k) * u[1](i, j + 1, k) - w[1](i, j, k) * u[1](i, j, k) +
-         w[2](i, j, k + 1) * u[2](i, j, k + 1) - w[2](i, j, k) * u[2](i, j, k);
+// out = net outflow of the water through the open part of the faces of cells begin <= i < end of
+// row (j, k), m/s (per dx^2).
+void outflow_row(const FaceField<double>& w, const MacField& u, int j, int k, int begin, int end,
+                 double* out) {
+  const double *wx = &w[0](0, j, k), *ux = &u[0](0, j, k);
+  const double *ws = &w[1](0, j, k), *us = &u[1](0, j, k);
+  const double *wn = &w[1](0, j + 1, k), *un = &u[1](0, j + 1, k);
+  const double *wd = &w[2](0, j, k), *ud = &u[2](0, j, k);
+  const double *wu = &w[2](0, j, k + 1), *uu = &u[2](0, j, k + 1);
+#pragma omp simd
+  for (int i = begin; i < end; ++i)
+    out[i] = (wx[i + 1] * ux[i + 1] - wx[i] * ux[i]) + (wn[i] * un[i] - ws[i] * us[i]) +
+             (wu[i] * uu[i] - wd[i] * ud[i]);
 }
 
 // Through a smaller opening the flux is right but the velocity is not (measured beside a falling
@@ -35,40 +26,80 @@ double outflow(const FaceField<double>& w, const MacField& u, int i, int j, int 
 // from the faces around instead.
 constexpr double kTrustedOpening = 0.5;
 
+// One row of faces of an axis: the cells on its low and high side (null: beyond the grid).
+struct FaceRow {
+  const double* w;
+  const CellKind *low, *high;
+  const double *x_low, *x_high;
+};
+
+// v -= x_high - x_low between unknowns; marks valid faces. Returns whether a face is left that lies
+// between an unknown and something else.
+bool apply_between_unknowns(const FaceRow& row, int begin, int end, double* v,
+                            unsigned char* valid) {
+  int left = 0;
+#pragma omp simd reduction(| : left)
+  for (int i = begin; i < end; ++i) {
+    const bool open = row.w[i] != 0.0, low = row.low[i] == CellKind::kUnknown,
+               high = row.high[i] == CellKind::kUnknown;
+    v[i] -= open & low & high ? row.x_high[i] - row.x_low[i] : 0.0;
+    valid[i] = (low | high) & (row.w[i] >= kTrustedOpening);
+    left |= open & (low != high);
+  }
+  return left != 0;
+}
+
 // u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
 void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const Array3<double>& x,
                     MacField& u, FaceField<unsigned char>& valid) {
   const Array3<CellKind>& kind = s.matrix.kind;
+  const auto unknown = [&](const Vec3i& c) {
+    return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
+  };
+  const std::vector<CellKind> nothing(g.nx, CellKind::kOutside);
+  const std::vector<double> zero(g.nx, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const Array3<double>& w = s.matrix.w[axis];
     Array3<double>& v = u[axis];
-#pragma omp parallel for schedule(static)
+    // A face between water and a prescribed value, or a side of the tank.
+    const auto apply_at_surface = [&](const Vec3i& high) {
+      const std::size_t f = v.index(high[0], high[1], high[2]);
+      if (w[f] == 0.0) return;
+      const Vec3i low = high - Vec3i::Unit(axis);
+      const bool high_water = unknown(high), low_water = unknown(low);
+      if (high_water == low_water) return;
+      const Vec3i& c = low_water ? low : high;
+      const SurfaceFace face =
+          surface_face(g, s.surface, s.matrix.w, s.hydrostatics, c, axis, low_water ? 1 : -1);
+      const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
+      v[f] -= (low_water ? there - here : here - there) / face.theta;
+    };
+#pragma omp parallel for schedule(dynamic, 4)
     for (int k = 0; k < v.nz(); ++k)
-      for (int j = 0; j < v.ny(); ++j)
-        for (int i = 0; i < v.nx(); ++i) {
-          const std::size_t f = v.index(i, j, k);
-          valid[axis][f] = 0;
-          if (w[f] == 0.0) continue;
-          const Vec3i high(i, j, k), low = high - Vec3i::Unit(axis);
-          const auto unknown = [&](const Vec3i& c) {
-            return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
-          };
-          const bool high_water = unknown(high), low_water = unknown(low);
-          if (!high_water && !low_water) continue;
-          valid[axis][f] = w[f] >= kTrustedOpening;
-          if (high_water && low_water) {
-            v[f] -= x(i, j, k) - x(low[0], low[1], low[2]);
-          } else if (low_water) {
-            const SurfaceFace face =
-                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, low, axis, 1);
-            v[f] -=
-                (to_phi * (face.value - s.surface_mean) - x(low[0], low[1], low[2])) / face.theta;
-          } else {
-            const SurfaceFace face =
-                surface_face(g, s.surface, s.matrix.w, s.hydrostatics, high, axis, -1);
-            v[f] -= (x(i, j, k) - to_phi * (face.value - s.surface_mean)) / face.theta;
-          }
+      for (int j = 0; j < v.ny(); ++j) {
+        const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0;
+        const bool has_high = axis == 0 || (axis == 1 ? j < g.ny : k < g.nz);
+        const std::ptrdiff_t at =
+            static_cast<std::ptrdiff_t>(g.nx) * (j + static_cast<std::ptrdiff_t>(g.ny) * k);
+        const std::ptrdiff_t to_low = at - (axis == 0   ? 1
+                                            : axis == 1 ? g.nx
+                                                        : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
+        const FaceRow row{&w(0, j, k), has_low ? kind.data() + to_low : nothing.data(),
+                          has_high ? kind.data() + at : nothing.data(),
+                          has_low ? x.data() + to_low : zero.data(),
+                          has_high ? x.data() + at : zero.data()};
+        unsigned char* flags = &valid[axis](0, j, k);
+        const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
+        const bool left = apply_between_unknowns(row, begin, g.nx, &v(0, j, k), flags);
+        if (axis == 0) {
+          flags[0] = unknown({0, j, k}) && row.w[0] >= kTrustedOpening;
+          flags[g.nx] = unknown({g.nx - 1, j, k}) && row.w[g.nx] >= kTrustedOpening;
+          apply_at_surface({0, j, k});
+          apply_at_surface({g.nx, j, k});
         }
+        if (left)
+          for (int i = begin; i < g.nx; ++i) apply_at_surface({i, j, k});
+      }
   }
 }
 
@@ -86,156 +117,58 @@ SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned c
 
 }  // namespace
 
-void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
-                            const std::vector<CoupledBody>& bodies) {
-  water_.setup(s.matrix);
-  closed_.setup(s.matrix);
-  bodies_.resize(bodies.size());
-  const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const BodyFlux& f = bodies[b].flux;
-    Body& body = bodies_[b];
-    body.cell.clear();
-    body.flux.resize(f.flux.rows(), f.flux.cols());
-    for (std::size_t m = 0; m < f.cell.size(); ++m) {
-      if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
-      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
-          f.flux.col(static_cast<Eigen::Index>(m)) / area;
-      body.cell.push_back(f.cell[m]);
-    }
-    body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
-    body.inverse_mass = mass * bodies[b].inverse_mass;
-  }
-  setup_closed_regions();
-}
-
-void CoupledOperator::setup_closed_regions() {
-  const auto n = static_cast<Eigen::Index>(closed_.count());
-  null_vectors_.resize(n, 0);
-  closed_inverse_.resize(n, n);
-  if (n == 0) return;
-
-  // E^T A E: only the bodies' part acts on constants.
-  MatX G = MatX::Zero(n, n);
-  double scale = 0.0;
-  std::vector<double> indicator(size(), 0.0);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Body& body = bodies_[b];
-    MatX sums(body.flux.rows(), n);
-    for (Eigen::Index c = 0; c < n; ++c) {
-      const double one = 1.0 / std::sqrt(static_cast<double>(closed_.size(c)));
-      closed_.add_constant(c, one, indicator.data());
-      sums.col(c) = gather(b, indicator.data());
-      closed_.add_constant(c, -one, indicator.data());
-      scale = std::max(scale, one * one *
-                                  (body.flux.transpose() * body.inverse_mass)
-                                      .cwiseProduct(body.flux.transpose())
-                                      .sum());
-    }
-    G.noalias() += sums.transpose() * body.inverse_mass * sums;
-  }
-  // A direction whose stiffness is round-off of the bodies' total is null.
-  constexpr double kNull = 1e-12;
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
-  closed_inverse_.setZero();
-  for (Eigen::Index e = 0; e < n; ++e) {
-    const VecX v = eigen.eigenvectors().col(e);
-    if (eigen.eigenvalues()[e] > kNull * scale) {
-      closed_inverse_ += v * v.transpose() / eigen.eigenvalues()[e];
-    } else {
-      null_vectors_.conservativeResize(Eigen::NoChange, null_vectors_.cols() + 1);
-      null_vectors_.rightCols<1>() = v;
-    }
-  }
-}
-
-VecX CoupledOperator::gather(std::size_t b, const double* x) const {
-  const Body& body = bodies_[b];
-  VecX sum = VecX::Zero(body.flux.rows());
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
-  return sum;
-}
-
-void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  const Body& body = bodies_[b];
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
-}
-
-void CoupledOperator::apply(const double* x, double* y) const {
-  water_.apply(x, y);
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
-}
-
-void CoupledOperator::project(double* v) const {
-  if (null_vectors_.cols() == 0) return;
-  VecX sums(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX remove = null_vectors_ * (null_vectors_.transpose() * sums);
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
-}
-
-void CoupledOperator::add_closed_correction(const double* r, double* z) const {
-  if (closed_.empty()) return;
-  VecX sums(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, r) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX add = closed_inverse_ * sums;
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, add[c] / std::sqrt(static_cast<double>(closed_.size(c))), z);
-}
-
 SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
                                  std::vector<CoupledBody>& bodies,
                                  const CoupledSolveOptions& options, MacField& u,
                                  FaceField<unsigned char>& valid, Array3<double>& pressure) {
   if (s.unknowns == 0) return without_water(bodies, valid);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies);
   multigrid_.setup(operator_.water(), &operator_.closed());
+  deflation_.setup(operator_, options.deflation);
 
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
   // on.
-  rhs_.assign(operator_.size(), 0.0);
-  std::vector<double>& ones = rhs_;
-  for (std::size_t n = 0; n < ones.size(); ++n) ones[n] = s.matrix.kind[n] == CellKind::kUnknown;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
-    body.impulse = -dt * rho * s.surface_mean * g.dx * g.dx * operator_.gather(b, ones.data());
+    body.impulse =
+        -dt * rho * s.surface_mean * g.dx * g.dx * operator_.bodies()[b].flux.rowwise().sum();
     body.y = body.y_star + body.inverse_mass * body.impulse;
   }
 
-  // b = Fhat y - sum sign w u* + surface terms
+  // b = Fhat y - sum sign w u* + surface terms, on unknowns; phi = 0 elsewhere
   const double to_phi = dt / g.dx;
-#pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t n = s.matrix.kind.index(i, j, k);
-        const bool water = s.matrix.kind[n] == CellKind::kUnknown;
-        rhs_[n] = water ? to_phi * s.surface_rhs[n] - outflow(s.matrix.w, u, i, j, k) : 0.0;
-        if (!water) pressure[n] = 0.0;
-      }
+  rhs_.resize(operator_.size());
+#pragma omp parallel for schedule(dynamic, 4)
+  for (int k = 0; k < g.nz; ++k) {
+    std::size_t done = s.matrix.kind.index(0, 0, k);
+    for (const Segment& segment : operator_.water().rows().plane(k)) {
+      const std::size_t row = s.matrix.kind.index(0, segment.j, k);
+      std::fill(pressure.data() + done, pressure.data() + row + segment.begin, 0.0);
+      done = row + segment.end;
+      double* rhs = rhs_.data() + row;
+      const double* surface = s.surface_rhs.data() + row;
+      outflow_row(s.matrix.w, u, segment.j, k, segment.begin, segment.end, rhs);
+#pragma omp simd
+      for (int i = segment.begin; i < segment.end; ++i) rhs[i] = to_phi * surface[i] - rhs[i];
+    }
+    std::fill(pressure.data() + done, pressure.data() + s.matrix.kind.index(0, 0, k + 1), 0.0);
+  }
   for (std::size_t b = 0; b < bodies.size(); ++b) operator_.scatter(b, bodies[b].y, rhs_.data());
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
   // iterated on.
   const double head = s.hydrostatics.gravity.norm() * g.dx * std::max({g.nx, g.ny, g.nz});
-  PcgOptions pcg_options;
+  CoupledPcgOptions pcg_options;
   pcg_options.tolerance = options.tolerance;
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
-  CoupledPreconditioner preconditioner(operator_, multigrid_);
-  const double setup =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  SolveReport report =
-      pcg(operator_, preconditioner, rhs_.data(), pressure.data(), pcg_options, workspace_);
-  report.setup_seconds = setup;
+  pcg_.setup(operator_, multigrid_, deflation_);
+  const double setup_wall = watch.wall(), setup_cpu = watch.cpu();
+  SolveReport report = pcg_.solve(rhs_.data(), pressure.data(), pcg_options);
+  report.setup_seconds = setup_wall;
+  report.setup_cpu_seconds = setup_cpu;
 
   // Pressure to bodies and water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -249,9 +182,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
 }
 
 std::size_t CoupledSolver::bytes() const {
-  const PcgWorkspace& w = workspace_;
-  return multigrid_.bytes() +
-         sizeof(double) * (w.r.size() + w.z.size() + w.p.size() + w.q.size() + rhs_.size());
+  return multigrid_.bytes() + deflation_.bytes() + pcg_.bytes() + sizeof(double) * rhs_.size();
 }
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
@@ -262,14 +193,18 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
       defect[body.flux.cell[m]] -=
           body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
   double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t n = s.matrix.kind.index(i, j, k);
-        if (s.matrix.kind[n] != CellKind::kUnknown) continue;
-        largest = std::max(largest, std::abs(outflow(s.matrix.w, u, i, j, k) + defect[n]));
-      }
+#pragma omp parallel for schedule(dynamic, 4) reduction(max : largest)
+  for (int k = 0; k < g.nz; ++k) {
+    std::vector<double> net(g.nx);
+    for (int j = 0; j < g.ny; ++j) {
+      const CellKind* kind = &s.matrix.kind(0, j, k);
+      if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
+      outflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
+      const double* row = defect.data() + s.matrix.kind.index(0, j, k);
+      for (int i = 0; i < g.nx; ++i)
+        if (kind[i] == CellKind::kUnknown) largest = std::max(largest, std::abs(net[i] + row[i]));
+    }
+  }
   return largest / g.dx;
 }
 

@@ -40,14 +40,17 @@ class RunSets {
 // Row by row labelling of the water.
 class Labelling {
  public:
-  explicit Labelling(const PoissonMatrix& a) : a_(a), first_run_(a.ny * a.nz + 1, 0) {
+  explicit Labelling(const PoissonOperator& op)
+      : a_(op.matrix()), first_run_(a_.ny * a_.nz + 1, 0) {
+    const PoissonMatrix& a = a_;
     for (int k = 0; k < a.nz; ++k)
       for (int j = 0; j < a.ny; ++j) {
-        add_row(j, k);
+        add_row(j, k, op.rows().rows(k, j, j + 1));
         if (j > 0) join_rows(j, k, j - 1, k, &a.w[1](0, j, k));
         if (k > 0) join_rows(j, k, j, k - 1, &a.w[2](0, j, k));
       }
-    for (int k = 0; k < a.nz; ++k)
+    // From above, where the surface is: what is known to be open needs no further look.
+    for (int k = a.nz - 1; k >= 0; --k)
       for (int j = 0; j < a.ny; ++j) mark_open_runs(j, k);
   }
 
@@ -71,16 +74,24 @@ class Labelling {
  private:
   int row_of(int j, int k) const { return j + a_.ny * k; }
 
-  void add_row(int j, int k) {
-    const CellKind* kind = &a_.kind(0, j, k);
+  void add_row(int j, int k, std::span<const Segment> segments) {
     const double* wx = &a_.w[0](0, j, k);
-    for (int i = 0; i < a_.nx; ++i) {
-      if (kind[i] != CellKind::kUnknown) continue;
-      const int begin = i;
-      while (i + 1 < a_.nx && kind[i + 1] == CellKind::kUnknown && wx[i + 1] > 0.0) ++i;
-      runs_.push_back({begin, i + 1});
-      sets_.add();
-    }
+    int end = -1;  // of the last run
+    for (const Segment& s : segments)
+      for (int i = s.begin; i < s.end;) {
+        const int begin = i++;
+        if (s.uniform)
+          i = s.end;
+        else
+          while (i < s.end && wx[i] > 0.0) ++i;
+        if (begin == end && wx[begin] > 0.0) {
+          runs_.back().end = i;
+        } else {
+          runs_.push_back({begin, i});
+          sets_.add();
+        }
+        end = i;
+      }
     first_run_[row_of(j, k) + 1] = static_cast<int>(runs_.size());
   }
 
@@ -137,9 +148,15 @@ class Labelling {
 
 }  // namespace
 
-void ClosedComponents::setup(const PoissonMatrix& matrix) {
+void ClosedComponents::setup(const PoissonOperator& op) {
   cells_of_.clear();
-  if (matrix.size() > 0) cells_of_ = Labelling(matrix).closed_components();
+  if (op.size() > 0) cells_of_ = Labelling(op).closed_components();
+}
+
+void ClosedComponents::setup(const PoissonMatrix& matrix) {
+  PoissonOperator op;
+  op.setup(matrix);
+  setup(op);
 }
 
 double ClosedComponents::mean(std::size_t c, const double* v) const {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "runtime/numerics/poisson_matrix.h"
+#include "runtime/numerics/poisson_operator.h"
 #include "runtime/numerics/vector_ops.h"
 
 namespace archetide {
@@ -14,6 +14,8 @@ namespace archetide {
 class ClosedComponents {
  public:
   void setup(const PoissonMatrix& matrix);
+  /// The same, faster, from an operator that is set up for the matrix.
+  void setup(const PoissonOperator& op);
 
   bool empty() const { return cells_of_.empty(); }
   std::size_t count() const { return cells_of_.size(); }

@@ -89,6 +89,10 @@ struct Multigrid::Impl {
   int used = 0;
   DirectSolver direct;
   std::vector<double> projected;  // r without constants
+  PaddedLayout layout;            // of the finest level
+  std::vector<double> plane_sum;
+
+  double cycle_in_place();
 
   void setup();
   void cycle(int l);
@@ -128,37 +132,65 @@ void Multigrid::Impl::setup() {
     next().coarsen(fine);
   }
   direct.setup(levels[used - 1]);
+  const MultigridLevel& fine = levels[0];
+  std::copy(low, low + 3, layout.low);
+  layout.nx = fine.nx, layout.ny = fine.ny, layout.nz = fine.nz;
+  layout.sy = fine.sy, layout.sz = fine.sz, layout.size = fine.x.size();
+}
+
+double Multigrid::Impl::cycle_in_place() {
+  if (used == 0) return 0.0;
+  MultigridLevel& fine = levels[0];
+  // Strips of a plane come in ascending order, and their limits do not depend on threads.
+  plane_sum.assign(fine.nz, 0.0);
+  const auto add = [&](const MultigridLevel::Rows& r) { plane_sum[r.k] += fine.work(r); };
+  if (used == 1) {
+    direct.solve(fine);
+    for (int k = 0; k < fine.nz; ++k) add(fine.plane(k));
+  } else {
+    descend(0, [&](const MultigridLevel::Rows& r) { fine.start(r); });
+    cycle(1);
+    ascend(0, add);
+  }
+  return std::accumulate(plane_sum.begin(), plane_sum.end(), 0.0);
 }
 
 // x = V b on level l, from x = 0
 void Multigrid::Impl::cycle(int l) {
   if (l + 1 == used) return direct.solve(levels[l]);
   MultigridLevel& level = levels[l];
-  descend(l, [&](int k) { level.start(k); });
+  descend(l, [&](const MultigridLevel::Rows& r) { level.start(r); });
   cycle(l + 1);
-  ascend(l, [](int) {});
+  ascend(l, [](const MultigridLevel::Rows&) {});
 }
 
 // Red, black, red, black, and the residual to the next level.
 template <class Start>
 void Multigrid::Impl::descend(int l, Start&& start) {
+  constexpr int kStages = 5;
   MultigridLevel &level = levels[l], &coarse = levels[l + 1];
-  wavefront(level.nz, 5, level.parallel, [&](int stage, int k) {
-    if (stage == 0) return start(k);
-    if (stage == 4) return level.restrict_residual(k, coarse);
-    level.relax(k, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
-  });
+  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
+            [&](int stage, int k, int first, int end) {
+              const MultigridLevel::Rows rows{k, first, end};
+              if (stage == 0 && first == 0 && k % 2 == 0) coarse.clear_rhs(k / 2);
+              if (stage == 0) return start(rows);
+              if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
+              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
+            });
 }
 
 // The correction, then black, red, black, red.
 template <class Finish>
 void Multigrid::Impl::ascend(int l, Finish&& finish) {
+  constexpr int kStages = 5;
   MultigridLevel &level = levels[l], &coarse = levels[l + 1];
-  wavefront(level.nz, 5, level.parallel, [&](int stage, int k) {
-    if (stage == 0) return level.prolong(k, coarse);
-    level.relax(k, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
-    if (stage == 4) finish(k);
-  });
+  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
+            [&](int stage, int k, int first, int end) {
+              const MultigridLevel::Rows rows{k, first, end};
+              if (stage == 0) return level.prolong(rows, coarse);
+              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
+              if (stage == kStages - 1) finish(rows);
+            });
 }
 
 void Multigrid::Impl::load_plane(const double* r, double scale, int k) {
@@ -209,22 +241,18 @@ void Multigrid::Impl::apply(const double* r, double* z) {
   const double scale = std::ldexp(1.0, -exponent), unscale = std::ldexp(1.0, exponent);
 
   MultigridLevel& fine = levels[0];
-  if (used == 1) {
-    for (int k = 0; k < fine.nz; ++k) load_plane(r, scale, k);
-    direct.solve(fine);
-    for (int k = 0; k < fine.nz; ++k) store_plane(unscale, k, z);
-  } else {
-    descend(0, [&](int k) {
-      load_plane(r, scale, k);
-      fine.start(k);
-    });
-    cycle(1);
-    ascend(0, [&](int k) { store_plane(unscale, k, z); });
-  }
+  for_each_index(fine.nz, fine.parallel, [&](int k) { load_plane(r, scale, k); });
+  cycle_in_place();
+  for_each_index(fine.nz, fine.parallel, [&](int k) { store_plane(unscale, k, z); });
   if (closed) closed->project(z);
 }
 
 void Multigrid::apply(const double* r, double* z) { impl_->apply(r, z); }
+
+double Multigrid::cycle() { return impl_->cycle_in_place(); }
+const PaddedLayout& Multigrid::layout() const { return impl_->layout; }
+float* Multigrid::rhs() { return impl_->levels[0].b.data(); }
+float* Multigrid::iterate() { return impl_->levels[0].x.data(); }
 
 int Multigrid::levels() const { return impl_->used; }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "runtime/numerics/components.h"
+#include "runtime/numerics/padded_layout.h"
 #include "runtime/numerics/poisson_operator.h"
 
 namespace archetide {
@@ -27,6 +28,14 @@ class Multigrid {
 
   /// z = V r, written on op.blocks(), 0 there in cells without an unknown.
   void apply(const double* r, double* z);
+
+  /// The same cycle in place, for solvers that keep their vectors in the layout of the finest
+  /// level: iterate() = V rhs(), without projection. rhs() is read on unknowns; iterate() is 0
+  /// elsewhere. Returns the sum of rhs x iterate.
+  double cycle();
+  const PaddedLayout& layout() const;
+  float* rhs();
+  float* iterate();
 
   int levels() const;
   /// Memory held, bytes.

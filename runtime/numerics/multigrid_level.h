@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "runtime/numerics/parallel.h"
 #include "runtime/numerics/poisson_operator.h"
 #include "runtime/numerics/row_segments.h"
 
@@ -24,9 +25,17 @@ struct MultigridLevel {
   RowSegments rows;
   std::vector<std::uint8_t> kind;  // padded, CellKind, ghosts included
   std::vector<float> x, b;         // padded, iterate and right-hand side
-  std::vector<float> diag,
-      inverse;                    // padded, diagonal and 1 / diagonal (0 where the diagonal is 0)
-  std::vector<float> wx, wy, wz;  // padded, coefficient of the low face of each cell
+  std::vector<float> diag;         // padded
+  std::vector<float> wx, wy, wz;   // padded, coefficient of the low face of each cell
+  // The same for the cycle, only where it is not uniform: per plane, its segments one after the
+  // other. A segment of n cells has n entries each of 1 / diagonal (0 where the diagonal is 0), the
+  // faces at -x, +x, -y, +y, -z, +z, and the diagonal. (Read from the padded arrays the single
+  // cells beside the walls of every row cost as much as all others: a cache line for each number.)
+  struct PlaneCoefficients {
+    std::vector<float> value;
+    std::vector<std::size_t> first;  // of each segment
+  };
+  std::vector<PlaneCoefficients> planes;
 
   std::size_t index(int i, int j, int k) const {
     return (i + 1) + sy * (j + 1) + sz * static_cast<std::size_t>(k + 1);
@@ -38,16 +47,27 @@ struct MultigridLevel {
   /// The 2x2x2 aggregation of `fine`.
   void coarsen(const MultigridLevel& fine);
 
-  /// Gauss-Seidel on the cells of one colour in plane k.
-  void relax(int k, Colour colour);
-  /// x = diag^-1 b on red, 0 on black, in plane k: the first red relaxation from x = 0.
-  void start(int k);
-  /// Adds the residual b - A x of plane k to the right-hand side of `coarse` (set to 0 by even k
-  /// first).
-  void restrict_residual(int k, MultigridLevel& coarse) const;
-  /// x += the coarse value, on red cells of plane k (black ones are overwritten by the relaxation
-  /// that follows).
-  void prolong(int k, const MultigridLevel& coarse);
+  /// Rows first <= j < end of plane k.
+  struct Rows {
+    int k, first, end;
+  };
+  Rows plane(int k) const { return {k, 0, ny}; }
+  /// Rows of a strip that stays in cache over the stages of a way down or up.
+  int strip(int stages) const { return strip_rows(stages, 2 * sizeof(float) * sy); }
+
+  /// Gauss-Seidel on the cells of one colour.
+  void relax(const Rows& r, Colour colour);
+  /// x = diag^-1 b on red, 0 on black: the first red relaxation from x = 0.
+  void start(const Rows& r);
+  /// Sets plane k of b to 0.
+  void clear_rhs(int k);
+  /// Adds the residual b - A x to the right-hand side of `coarse`.
+  void restrict_residual(const Rows& r, MultigridLevel& coarse) const;
+  /// x += the coarse value, on red cells (black ones are overwritten by the relaxation that
+  /// follows).
+  void prolong(const Rows& r, const MultigridLevel& coarse);
+  /// Sum of b x.
+  double work(const Rows& r) const;
 
  private:
   void resize(int nx_new, int ny_new, int nz_new);
@@ -59,6 +79,7 @@ struct MultigridLevel {
   void sum_diagonal_row(int j, int k);
   void add_surface(const MultigridLevel& fine, int k);
   void find_row_segments(int j, int k);
+  void pack_coefficients(int k);
   void count_unknowns();
 };
 

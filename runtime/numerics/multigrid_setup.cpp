@@ -30,15 +30,18 @@ inline float inverse_of(float diagonal) {
 
 std::size_t MultigridLevel::bytes() const {
   std::size_t floats = 0;
-  for (const auto* v : {&x, &b, &diag, &inverse, &wx, &wy, &wz}) floats += v->capacity();
-  return floats * sizeof(float) + kind.capacity() + rows.bytes();
+  for (const auto* v : {&x, &b, &diag, &wx, &wy, &wz}) floats += v->capacity();
+  std::size_t packed = planes.capacity() * sizeof(PlaneCoefficients);
+  for (const PlaneCoefficients& p : planes)
+    packed += p.value.capacity() * sizeof(float) + p.first.capacity() * sizeof(std::size_t);
+  return floats * sizeof(float) + kind.capacity() + rows.bytes() + packed;
 }
 
 void MultigridLevel::resize(int nx_new, int ny_new, int nz_new) {
   nx = nx_new, ny = ny_new, nz = nz_new;
   sy = nx + 2, sz = sy * (ny + 2);
   const std::size_t padded = sz * (nz + 2);
-  for (auto* v : {&x, &b, &diag, &inverse, &wx, &wy, &wz}) v->resize(padded);
+  for (auto* v : {&x, &b, &diag, &wx, &wy, &wz}) v->resize(padded);
   kind.resize(padded);
   parallel = static_cast<std::size_t>(nx) * ny * nz >= kParallelCells;
   for_each_index(nz + 2, parallel, [&](int k) {
@@ -46,6 +49,29 @@ void MultigridLevel::resize(int nx_new, int ny_new, int nz_new) {
     std::fill_n(kind.begin() + sz * k, sz, kOutside);
   });
   rows.reset(nz);
+  planes.resize(nz);
+}
+
+void MultigridLevel::pack_coefficients(int k) {
+  PlaneCoefficients& out = planes[k];
+  out.first.clear();
+  std::size_t size = 0;
+  for (const Segment& s : rows.plane(k)) {
+    out.first.push_back(size);
+    if (!s.uniform) size += 8 * static_cast<std::size_t>(s.end - s.begin);
+  }
+  out.value.resize(size);
+  float* to = out.value.data();
+  for (const Segment& s : rows.plane(k)) {
+    if (s.uniform) continue;
+    const std::size_t at = index(s.begin, s.j, k);
+    const int n = s.end - s.begin;
+    for (int i = 0; i < n; ++i) to[i] = inverse_of(diag[at + i]);
+    const float* parts[] = {&wx[at], &wx[at + 1],  &wy[at],  &wy[at + sy],
+                            &wz[at], &wz[at + sz], &diag[at]};
+    for (const float* part : parts) std::copy_n(part, n, to += n);
+    to += n;
+  }
 }
 
 void MultigridLevel::set_ghost_kinds() {
@@ -102,6 +128,7 @@ void MultigridLevel::load(const PoissonOperator& op, int low[3]) {
   c = 1.0f;
   load_kinds(a, low);
   for_each_index(nz + 1, parallel, [&](int k) { load_plane(op, low, k); });
+  for_each_index(nz, parallel, [&](int k) { pack_coefficients(k); });
   count_unknowns();
 }
 
@@ -133,12 +160,9 @@ void MultigridLevel::load_plane(const PoissonOperator& op, const int low[3], int
     load_row(nx + 1, &a.w[0](low[0], J, K), cell - 1, cell, wx.data() + at);
     load_row(nx, &a.w[1](low[0], J, K), cell - sy, cell, wy.data() + at);
     const double* from = &a.diag(low[0], J, K);
-    float *d = diag.data() + at, *inv = inverse.data() + at;
+    float* d = diag.data() + at;
 #pragma omp simd
-    for (int i = 0; i < nx; ++i) {
-      d[i] = cell[i] == kUnknown ? static_cast<float>(from[i]) : 0.0f;
-      inv[i] = inverse_of(d[i]);
-    }
+    for (int i = 0; i < nx; ++i) d[i] = cell[i] == kUnknown ? static_cast<float>(from[i]) : 0.0f;
   }
   if (k == nz) return;
   const std::size_t at = index(0, ny, k);
@@ -163,6 +187,7 @@ void MultigridLevel::coarsen(const MultigridLevel& fine) {
     for (int J = 0; J < ny; ++J) sum_diagonal_row(J, K);
     for (int k = 2 * K; k < std::min(2 * K + 2, fine.nz); ++k) add_surface(fine, k);
     for (int J = 0; J < ny; ++J) find_row_segments(J, K);
+    pack_coefficients(K);
   });
   count_unknowns();
 }
@@ -275,7 +300,6 @@ void MultigridLevel::find_row_segments(int j, int k) {
     cells[i] = kind[at + i] != kUnknown ? RowCell::kNone
                : uniform                ? RowCell::kUniform
                                         : RowCell::kGeneral;
-    inverse[at + i] = inverse_of(diag[at + i]);
   }
   rows.add_row(k, j, cells.data(), nx);
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -129,11 +128,11 @@ class PcgRun {
 template <LinearOperator Op, Preconditioner M>
 SolveReport pcg(const Op& a, M& m, const double* b, double* x, const PcgOptions& options,
                 PcgWorkspace& workspace) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   workspace.reserve(a.size());
   SolveReport report = detail::PcgRun<Op, M>(a, m, b, x, options, workspace).solve();
-  report.solve_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.solve_seconds = watch.wall();
+  report.solve_cpu_seconds = watch.cpu();
   return report;
 }
 

@@ -40,12 +40,47 @@ void apply_uniform(const double* x, double* y, std::size_t n, std::size_t sy, st
     y[i] = 6.0 * x[i] - ((west[i] + east[i]) + (south[i] + north[i]) + (down[i] + up[i]));
 }
 
+// to[i] = w[i] where the neighbour is an unknown, else 0
+void pack(const double* w, const CellKind* neighbour, int n, double* to) {
+#pragma omp simd
+  for (int i = 0; i < n; ++i) to[i] = neighbour[i] == CellKind::kUnknown ? w[i] : 0.0;
+}
+
 }  // namespace
+
+void PoissonOperator::pack_coefficients(int k) {
+  const PoissonMatrix& a = *matrix_;
+  PlaneCoefficients& out = planes_[k];
+  out.first.clear();
+  std::size_t size = 0;
+  for (const Segment& s : rows_.plane(k)) {
+    out.first.push_back(size);
+    if (!s.uniform) size += 7 * static_cast<std::size_t>(s.end - s.begin);
+  }
+  out.coefficient.resize(size);
+  for (std::size_t m = 0; m < out.first.size(); ++m) {
+    const Segment& s = rows_.plane(k)[m];
+    if (s.uniform) continue;
+    const int i = s.begin, j = s.j, n = s.end - s.begin;
+    double* c = out.coefficient.data() + out.first[m];
+    std::copy_n(&a.diag(i, j, k), n, c);
+    std::fill(c + n, c + 7 * static_cast<std::size_t>(n), 0.0);
+    const CellKind* kind = &a.kind(i, j, k);
+    const int west = i == 0, east = s.end == a.nx;  // no neighbour beyond the box
+    pack(&a.w[0](i, j, k) + west, kind - 1 + west, n - west, c + n + west);
+    pack(&a.w[0](i, j, k) + 1, kind + 1, n - east, c + 2 * n);
+    if (j > 0) pack(&a.w[1](i, j, k), &a.kind(i, j - 1, k), n, c + 3 * n);
+    if (j + 1 < a.ny) pack(&a.w[1](i, j + 1, k), &a.kind(i, j + 1, k), n, c + 4 * n);
+    if (k > 0) pack(&a.w[2](i, j, k), &a.kind(i, j, k - 1), n, c + 5 * n);
+    if (k + 1 < a.nz) pack(&a.w[2](i, j, k + 1), &a.kind(i, j, k + 1), n, c + 6 * n);
+  }
+}
 
 void PoissonOperator::setup(const PoissonMatrix& matrix) {
   matrix_ = &matrix;
   const PoissonMatrix& a = matrix;
   rows_.reset(a.nz);
+  planes_.resize(a.nz);
   for_each_index(a.nz, a.size() >= kParallelCells, [&](int k) {
     std::vector<RowCell> cells(a.nx);
     const CellKind* kind = a.kind.data() + a.kind.index(0, 0, k);
@@ -54,6 +89,7 @@ void PoissonOperator::setup(const PoissonMatrix& matrix) {
       classify_row(a, j, k, cells.data());
       rows_.add_row(k, j, cells.data(), a.nx);
     }
+    pack_coefficients(k);
   });
 
   // Per plane the vectors matter from the first to the last unknown.
@@ -68,9 +104,17 @@ void PoissonOperator::setup(const PoissonMatrix& matrix) {
   }
 }
 
+void PoissonOperator::apply_segment(const Segment& s, int k, const double* x, double* y) const {
+  const PoissonMatrix& a = *matrix_;
+  const std::size_t sy = a.nx, sz = sy * a.ny, begin = a.kind.index(s.begin, s.j, k);
+  if (s.uniform)
+    apply_uniform(x + begin, y + begin, s.end - s.begin, sy, sz);
+  else
+    a.apply_row(s.j, k, s.begin, s.end, x, y);
+}
+
 void PoissonOperator::apply(const double* x, double* y) const {
   const PoissonMatrix& a = *matrix_;
-  const std::size_t sy = a.nx, sz = sy * a.ny;
   for_each_index(rows_.planes(), unknowns_ >= kParallelCells, [&](int k) {
     const auto& plane = rows_.plane(k);
     if (plane.empty()) return;
@@ -78,10 +122,7 @@ void PoissonOperator::apply(const double* x, double* y) const {
     for (const Segment& s : plane) {
       const std::size_t begin = a.kind.index(s.begin, s.j, k), n = s.end - s.begin;
       std::fill(y + done, y + begin, 0.0);  // cells without an unknown
-      if (s.uniform)
-        apply_uniform(x + begin, y + begin, n, sy, sz);
-      else
-        a.apply_row(s.j, k, s.begin, s.end, x, y);
+      apply_segment(s, k, x, y);
       done = begin + n;
     }
   });

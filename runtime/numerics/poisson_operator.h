@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "runtime/numerics/poisson_matrix.h"
 #include "runtime/numerics/row_segments.h"
@@ -21,6 +22,15 @@ class PoissonOperator {
   /// y = A x   (interior: n reads, n writes; elsewhere 5n reads)
   void apply(const double* x, double* y) const;
 
+  /// y = A x on one segment of plane k.
+  void apply_segment(const Segment& s, int k, const double* x, double* y) const;
+
+  /// Coefficients of segment number s of plane k, which is not uniform, n cells long: the diagonal
+  /// and the faces to unknowns (else 0) at -x, +x, -y, +y, -z, +z, n entries each.
+  const double* coefficients(int k, std::size_t s) const {
+    return planes_[k].coefficient.data() + planes_[k].first[s];
+  }
+
   const Blocks& blocks() const { return blocks_; }
   const RowSegments& rows() const { return rows_; }
   const PoissonMatrix& matrix() const { return *matrix_; }
@@ -28,7 +38,15 @@ class PoissonOperator {
 
  private:
   const PoissonMatrix* matrix_ = nullptr;
+  // The coefficients of a plane's segments in a row; `first` has an entry per segment.
+  struct PlaneCoefficients {
+    std::vector<double> coefficient;
+    std::vector<std::size_t> first;
+  };
+  void pack_coefficients(int k);
+
   RowSegments rows_;
+  std::vector<PlaneCoefficients> planes_;
   Blocks blocks_;
   std::size_t unknowns_ = 0;
 };

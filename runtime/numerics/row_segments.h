@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace archetide {
@@ -30,6 +32,14 @@ class RowSegments {
 
   int planes() const { return static_cast<int>(planes_.size()); }
   const std::vector<Segment>& plane(int k) const { return planes_[k]; }
+  /// Those of rows first <= j < end of plane k.
+  std::span<const Segment> rows(int k, int first, int end) const {
+    const auto at = [&](int j) {
+      return std::partition_point(planes_[k].begin(), planes_[k].end(),
+                                  [j](const Segment& s) { return s.j < j; });
+    };
+    return {at(first), at(end)};
+  }
   std::size_t bytes() const;
 
  private:

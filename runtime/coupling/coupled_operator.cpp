@@ -1,0 +1,126 @@
+#include "runtime/coupling/coupled_operator.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace archetide {
+
+void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
+                            const std::vector<CoupledBody>& bodies) {
+  water_.setup(s.matrix);
+  closed_.setup(water_);
+  bodies_.resize(bodies.size());
+  const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const BodyFlux& f = bodies[b].flux;
+    Body& body = bodies_[b];
+    body.cell.clear();
+    body.flux.resize(f.flux.rows(), f.flux.cols());
+    for (std::size_t m = 0; m < f.cell.size(); ++m) {
+      if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
+      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
+          f.flux.col(static_cast<Eigen::Index>(m)) / area;
+      body.cell.push_back(f.cell[m]);
+    }
+    body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
+    body.inverse_mass = mass * bodies[b].inverse_mass;
+  }
+  setup_closed_regions();
+}
+
+void CoupledOperator::setup_closed_regions() {
+  const auto n = static_cast<Eigen::Index>(closed_.count());
+  null_vectors_.resize(n, 0);
+  closed_inverse_.resize(n, n);
+  if (n == 0) return;
+
+  // E^T A E: only the bodies' part acts on constants.
+  MatX G = MatX::Zero(n, n);
+  double scale = 0.0;
+  std::vector<double> indicator(size(), 0.0);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = bodies_[b];
+    MatX sums(body.flux.rows(), n);
+    for (Eigen::Index c = 0; c < n; ++c) {
+      const double one = 1.0 / std::sqrt(static_cast<double>(closed_.size(c)));
+      closed_.add_constant(c, one, indicator.data());
+      sums.col(c) = gather(b, indicator.data());
+      closed_.add_constant(c, -one, indicator.data());
+      scale = std::max(scale, one * one *
+                                  (body.flux.transpose() * body.inverse_mass)
+                                      .cwiseProduct(body.flux.transpose())
+                                      .sum());
+    }
+    G.noalias() += sums.transpose() * body.inverse_mass * sums;
+  }
+  // A direction whose stiffness is round-off of the bodies' total is null.
+  constexpr double kNull = 1e-12;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
+  closed_inverse_.setZero();
+  for (Eigen::Index e = 0; e < n; ++e) {
+    const VecX v = eigen.eigenvectors().col(e);
+    if (eigen.eigenvalues()[e] > kNull * scale) {
+      closed_inverse_ += v * v.transpose() / eigen.eigenvalues()[e];
+    } else {
+      null_vectors_.conservativeResize(Eigen::NoChange, null_vectors_.cols() + 1);
+      null_vectors_.rightCols<1>() = v;
+    }
+  }
+}
+
+VecX CoupledOperator::gather(std::size_t b, const double* x) const {
+  const Body& body = bodies_[b];
+  VecX sum = VecX::Zero(body.flux.rows());
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
+  return sum;
+}
+
+void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
+  const Body& body = bodies_[b];
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
+}
+
+void CoupledOperator::apply(const double* x, double* y) const {
+  water_.apply(x, y);
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
+}
+
+void CoupledOperator::project(double* v) const {
+  if (null_vectors_.cols() == 0) return;
+  VecX sums(closed_.count());
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
+  const VecX remove = null_vectors_ * (null_vectors_.transpose() * sums);
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
+}
+
+VecX CoupledOperator::closed_correction(const double* r) const {
+  VecX sums(closed_.count()), norm(closed_.count());
+  for (std::size_t c = 0; c < closed_.count(); ++c) {
+    norm[c] = std::sqrt(static_cast<double>(closed_.size(c)));
+    sums[c] = closed_.mean(c, r) * norm[c];
+  }
+  return (closed_inverse_ * sums).cwiseQuotient(norm);
+}
+
+void CoupledOperator::add_closed_correction(const double* r, double* z) const {
+  if (closed_.empty()) return;
+  const VecX add = closed_correction(r);
+  for (std::size_t c = 0; c < closed_.count(); ++c) closed_.add_constant(c, add[c], z);
+}
+
+double CoupledOperator::water_energy(const double* x, const double* b) const {
+  double energy = dot(blocks(), x, b);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    const VecX f = gather(n, x);
+    energy -= f.dot(bodies_[n].inverse_mass * f);
+  }
+  return energy;
+}
+
+}  // namespace archetide

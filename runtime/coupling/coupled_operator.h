@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/coupling/body_flux.h"
+#include "runtime/coupling/pressure_system.h"
+#include "runtime/numerics/components.h"
+#include "runtime/numerics/poisson_operator.h"
+
+namespace archetide {
+
+/// One body inside a coupled solve: in its flux, its mass and uncoupled velocity; out its velocity.
+struct CoupledBody {
+  BodyFlux flux;      // F; columns of cells without an unknown are ignored
+  MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form (contact, joints): symmetric,
+                      // semi-definite
+  VecX y_star;        // 6 + r, velocity without the dynamic pressure
+  VecX y;             // result: y* - H^-1 F^T dt p'
+  VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
+};
+
+/// The full operator of formulation sections 3 and 4 on pressure alone, scaled like PoissonMatrix:
+///     A = A_water + sum over bodies  rho dx^3 Fhat H^-1 Fhat^T,   Fhat = F / dx^2.
+/// Symmetric positive (semi-)definite; rank 6 + r per body, never formed.
+class CoupledOperator {
+ public:
+  void setup(const Grid& g, const PressureSystem& system, double density,
+             const std::vector<CoupledBody>& bodies);
+
+  std::size_t size() const { return water_.size(); }
+  const Blocks& blocks() const { return water_.blocks(); }
+  void apply(const double* x, double* y) const;
+  /// Removes the null space: constants on closed water regions that no body's motion can answer.
+  void project(double* v) const;
+
+  const PoissonOperator& water() const { return water_; }
+  const ClosedComponents& closed() const { return closed_; }
+  /// z += E (E^T A E)^+ E^T r over the indicators E of closed regions; the constants themselves.
+  void add_closed_correction(const double* r, double* z) const;
+  VecX closed_correction(const double* r) const;
+
+  struct Body {
+    std::vector<std::int64_t> cell;  // m, with an unknown
+    MatX flux;                       // (6 + r) x m, Fhat
+    MatX inverse_mass;               // rho dx^3 H^-1
+  };
+  const std::vector<Body>& bodies() const { return bodies_; }
+
+  /// Fhat^T x of body b, 6 + r, and y += Fhat v.
+  VecX gather(std::size_t b, const double* x) const;
+  void scatter(std::size_t b, const VecX& v, double* y) const;
+
+  /// x^T A_water x of a solution A x = b: the kinetic energy that the pressure gives to the water.
+  double water_energy(const double* x, const double* b) const;
+
+ private:
+  void setup_closed_regions();
+
+  PoissonOperator water_;
+  ClosedComponents closed_;
+  std::vector<Body> bodies_;
+  MatX null_vectors_;    // closed regions x null directions
+  MatX closed_inverse_;  // (E^T A E)^+, E normalised
+};
+
+}  // namespace archetide

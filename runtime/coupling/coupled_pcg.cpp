@@ -1,0 +1,218 @@
+#include "runtime/coupling/coupled_pcg.h"
+
+#include <cmath>
+
+namespace archetide {
+namespace {
+
+// A round that does not reduce the true residual by at least this factor has met the limit of
+// round-off.
+constexpr double kStagnation = 0.9;
+
+// f(place in the padded layout, cell of the grid, count) for each row of region c
+template <class F>
+void for_rows(const CoupledOperator& op, const PaddedLayout& l, std::size_t c, F&& f) {
+  const PoissonMatrix& a = op.water().matrix();
+  for (const Blocks::Range& range : op.closed().cells(c).ranges) {
+    const std::size_t row = range.begin / a.nx;
+    f(l(static_cast<int>(range.begin % a.nx), static_cast<int>(row % a.ny),
+        static_cast<int>(row / a.ny)),
+      range.begin, range.end - range.begin);
+  }
+}
+
+}  // namespace
+
+void CoupledPcg::setup(const CoupledOperator& op, Multigrid& cycle, Deflation& deflation) {
+  op_ = &op, cycle_ = &cycle, deflation_ = &deflation;
+  const PaddedLayout& l = cycle.layout();
+  steps_.setup(op.water(), l);
+  r_.resize(op.size());
+  q_.resize(op.size());
+  p_.assign(l.size, 0.0f);
+  const PoissonMatrix& a = op.water().matrix();
+  place_.resize(op.bodies().size());
+  response_.resize(op.bodies().size());
+  for (std::size_t b = 0; b < place_.size(); ++b) {
+    place_[b].clear();
+    for (const std::int64_t n : op.bodies()[b].cell)
+      place_[b].push_back(l(static_cast<int>(n % a.nx), static_cast<int>(n / a.nx % a.ny),
+                            static_cast<int>(n / a.nx / a.ny)));
+  }
+}
+
+SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOptions& options) {
+  const Stopwatch watch;
+  options_ = options;
+  report_ = {};
+  const double norm_b = norm_in_range(b);
+  if (norm_b == 0.0) fill(op_->blocks(), 0.0, x);
+  target_ = std::fmax(options.tolerance * norm_b, options.absolute);
+  energy_target_ = 0.0;
+
+  // Each round starts from the true residual; a round that ends early was the recursion's error.
+  double residual = true_residual(b, x);
+  while (residual > target_ && report_.iterations < options.max_iterations) {
+    const double before = residual;
+    if (!deflation_->empty()) {
+      start_deflated(residual, x);
+      residual = true_residual(b, x);
+    }
+    iterate(b, x, residual);
+    residual = true_residual(b, x);
+    if (!(residual < kStagnation * before)) break;
+  }
+  op_->project(x);
+  report_.residual = norm_b > 0.0 ? residual / norm_b : residual;
+  report_.converged = residual <= target_;
+  report_.solve_seconds = watch.wall();
+  report_.solve_cpu_seconds = watch.cpu();
+  return report_;
+}
+
+// |b| of its part in the range of A.
+double CoupledPcg::norm_in_range(const double* b) {
+  if (op_->closed().empty()) return std::sqrt(steps_.square(b));
+  copy(op_->blocks(), b, r_.data());
+  op_->project(r_.data());
+  return std::sqrt(steps_.square(r_.data()));
+}
+
+// r = b - A x, returns |r|
+double CoupledPcg::true_residual(const double* b, double* x) {
+  const double square = steps_.residual(b, x, r_.data());
+  if (op_->bodies().empty() && op_->closed().empty()) return std::sqrt(square);
+  for (std::size_t n = 0; n < op_->bodies().size(); ++n)
+    op_->scatter(n, -(op_->bodies()[n].inverse_mass * op_->gather(n, x)), r_.data());
+  op_->project(r_.data());
+  return std::sqrt(steps_.square(r_.data()));
+}
+
+// H^-1 Fhat^T z of every body.
+void CoupledPcg::respond(const float* z) {
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t b = 0; b < place_.size(); ++b) {
+    const CoupledOperator::Body& body = op_->bodies()[b];
+    VecX sum = VecX::Zero(body.flux.rows());
+    for (std::size_t m = 0; m < place_[b].size(); ++m)
+      sum.noalias() +=
+          static_cast<double>(z[place_[b][m]]) * body.flux.col(static_cast<Eigen::Index>(m));
+    response_[b].noalias() = body.inverse_mass * sum;
+    response_[b].conservativeResize(sum.size() + 1);
+    response_[b][sum.size()] = sum.dot(response_[b].head(sum.size()));
+  }
+}
+
+// q += sum F H^-1 F^T p, returns what it adds to p . q
+double CoupledPcg::apply_bodies(const float* p, double* q) {
+  respond(p);
+  double work = 0.0;
+  for (std::size_t b = 0; b < place_.size(); ++b) {
+    const auto dofs = op_->bodies()[b].flux.rows();
+    op_->scatter(b, response_[b].head(dofs), q);
+    work += response_[b][dofs];
+  }
+  return work;
+}
+
+// x gets the part in span(Y) that it lacks, so that Y^T r = 0.
+void CoupledPcg::start_deflated(double residual, double* x) {
+  const double scale = std::ldexp(1.0, -std::ilogb(residual));
+  std::fill(p_.begin(), p_.end(), 0.0f);
+  respond(p_.data());
+  deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_, p_.data());
+  steps_.advance(1.0 / scale, p_.data(), x);
+}
+
+// z = V r in the cycle's iterate, both scaled; returns their product.
+double CoupledPcg::precondition(double scale) {
+  if (!op_->closed().empty()) return treat_closed_regions(scale);
+  const double work = cycle_->cycle();
+  if (deflation_->empty()) return work;
+  respond(cycle_->iterate());
+  deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_,
+                      cycle_->iterate());
+  return work;
+}
+
+// The same where the water has regions that no air touches: the cycle does not see their constants,
+// which are corrected exactly.
+double CoupledPcg::treat_closed_regions(double scale) {
+  const ClosedComponents& closed = op_->closed();
+  const PaddedLayout& l = cycle_->layout();
+  float *b = cycle_->rhs(), *z = cycle_->iterate();
+  const auto add = [&](std::size_t c, float value, float* v) {
+    for_rows(*op_, l, c, [&](std::size_t at, std::size_t, std::size_t n) {
+      for (std::size_t i = 0; i < n; ++i) v[at + i] += value;
+    });
+  };
+  for (std::size_t c = 0; c < closed.count(); ++c)
+    add(c, static_cast<float>(-scale * closed.mean(c, r_.data())), b);
+  cycle_->cycle();
+  const VecX constant = scale * op_->closed_correction(r_.data());
+  for (std::size_t c = 0; c < closed.count(); ++c) {
+    double sum = 0.0;
+    for_rows(*op_, l, c, [&](std::size_t at, std::size_t, std::size_t n) {
+      for (std::size_t i = 0; i < n; ++i) sum += z[at + i];
+    });
+    add(c, static_cast<float>(constant[c] - sum / static_cast<double>(closed.size(c))), z);
+  }
+  if (!deflation_->empty()) {
+    respond(z);
+    deflation_->correct(op_->water(), l, r_.data(), scale, response_, z);
+  }
+  return scale * steps_.work(r_.data(), z);
+}
+
+// The second test: is the error of the velocities within the tolerance? rho = r . V r.
+bool CoupledPcg::close_enough(const double* b, double* x, double rho) {
+  if (op_->bodies().empty()) return true;
+  if (energy_target_ == 0.0) {
+    steps_.advance(pending_, p_.data(), x);
+    pending_ = 0.0;
+    const double energy = op_->water_energy(x, b);
+    energy_target_ = options_.tolerance * options_.tolerance * std::fmax(energy, 0.0);
+  }
+  return rho <= energy_target_;
+}
+
+// Conjugate gradients until the recursion's r meets both tests; returns |r|. Directions are scaled
+// by `unit`, a power of two, to stay in the range of fp32.
+double CoupledPcg::iterate(const double* b, double* x, double residual) {
+  if (!(residual > 0.0) || !std::isfinite(residual)) return residual;
+  const double unit = std::ldexp(1.0, -std::ilogb(residual));
+  steps_.load(r_.data(), unit, cycle_->rhs());
+  double scale = unit, rho = precondition(scale) / (scale * scale), beta = 0.0;
+  pending_ = 0.0;
+  while (report_.iterations < options_.max_iterations) {
+    double curvature =
+        steps_.direction(pending_, static_cast<float>(unit / scale), cycle_->iterate(),
+                         static_cast<float>(beta), p_.data(), x, q_.data());
+    pending_ = 0.0;
+    curvature += apply_bodies(p_.data(), q_.data());
+    ++report_.iterations;
+    if (!(rho > 0.0) || !(curvature > 0.0))
+      break;  // lost to rounding (or not definite): start anew
+    pending_ = rho * unit / curvature;
+    scale = std::ldexp(1.0, -std::ilogb(residual));
+    residual =
+        std::sqrt(steps_.residual_step(pending_, q_.data(), r_.data(), scale, cycle_->rhs()));
+    if (!std::isfinite(residual)) break;
+    if (residual == 0.0) break;
+    const bool small = residual <= target_;
+    if (small && (residual <= options_.absolute || close_enough(b, x, rho))) break;
+    const double next = precondition(scale) / (scale * scale);
+    if (small && close_enough(b, x, next)) break;
+    beta = next / rho;
+    rho = next;
+  }
+  steps_.advance(pending_, p_.data(), x);
+  pending_ = 0.0;
+  return residual;
+}
+
+std::size_t CoupledPcg::bytes() const {
+  return sizeof(double) * (r_.capacity() + q_.capacity()) + sizeof(float) * p_.capacity();
+}
+
+}  // namespace archetide

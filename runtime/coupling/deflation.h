@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "runtime/coupling/coupled_operator.h"
+#include "runtime/numerics/padded_layout.h"
+
+namespace archetide {
+
+enum class DeflationChoice { kAuto, kNever, kAlways };
+
+/// Deflation of the pressures that light bodies answer to (formulation section 3). A differs from
+/// the water's operator by eigenvalues 1 + (added mass / body mass), up to 6 + r per body; they
+/// cost iterations where bodies are light. Y = one V-cycle of a box around each body applied to the
+/// columns of F, combined to the directions whose added mass exceeds kKept of the body's own. With
+/// E = Y^T A Y, `correct` after a cycle is the A-DEF2 form of deflated conjugate gradients [Tang,
+/// Nabben, Vuik, Erlangga 2009]: it needs Y^T r = 0 at the start, which `start` brings about.
+class Deflation {
+ public:
+  /// Builds Y and E, or nothing where that would cost more than the iterations it saves.
+  void setup(const CoupledOperator& op, DeflationChoice choice);
+
+  bool empty() const { return columns_ == 0; }
+  int columns() const { return columns_; }
+  std::size_t bytes() const;
+
+  /// z += Y E^-1 Y^T (scale r - A z), r per cell of the grid, z padded; response[c] holds H^-1
+  /// Fhat^T z of body c first.
+  void correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,
+               double scale, const std::vector<VecX>& response, float* z);
+
+  /// Iterations that the light bodies are expected to cost without deflation, and what building it
+  /// costs in iterations.
+  struct Expectation {
+    double saved = 0.0, cost = 0.0;
+  };
+
+ private:
+  static constexpr int kBlock = 16;  // columns worked on at once
+  using Block = std::vector<float>;  // kBlock x cells of the patch, a cell's columns together
+  using BlockMap = Eigen::Map<const Eigen::Matrix<float, kBlock, Eigen::Dynamic>>;
+
+  /// A stretch of unknowns of a patch, within segment number `segment` of its plane.
+  struct Run {
+    int i, j, k;  // its first cell
+    int length;
+    std::size_t segment;
+    std::size_t at;  // its place in the blocks, cells
+  };
+  /// Y of one body: columns first .. first + columns - 1 on a box of cells.
+  struct Patch {
+    int body = 0;
+    int extent = 0;  // of the body, cells
+    Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
+    std::vector<Run> runs;
+    std::size_t cells = 0;  // unknowns
+    int first = 0, columns = 0;
+    std::vector<Block> y;
+    std::vector<std::pair<std::size_t, MatX>> flux;  // body c near it, Fhat_c^T Y: dofs x columns
+  };
+  class Local;
+
+  static Patch box_of(const CoupledOperator& op, std::size_t b);
+  /// Directions of a body that are worth deflating, and its largest added mass / body mass.
+  struct Light {
+    MatX S;  // (6 + r) x directions
+    double ratio = 0.0;
+  };
+  static Light light_directions(const CoupledOperator::Body& body, int extent);
+  static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
+                            const std::vector<Light>& light);
+  static void fill(const CoupledOperator& op, const MatX& S, Patch& p);
+  void assemble(const CoupledOperator& op);
+  void add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const;
+  void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
+              const double* r, double scale, const float* z);
+  void scatter(const PaddedLayout& layout, const Patch& p, float* z) const;
+
+  std::vector<Patch> patches_;
+  int columns_ = 0;
+  Eigen::LLT<MatX> factor_;  // of E
+  VecX weight_;
+};
+
+}  // namespace archetide
