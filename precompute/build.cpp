@@ -1,5 +1,6 @@
 #include "precompute/build.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <numbers>
@@ -8,8 +9,10 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
+#include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
 #include "precompute/surface_io.h"
+#include "precompute/tet_element.h"
 #include "precompute/tet_io.h"
 
 namespace archetide {
@@ -43,6 +46,7 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
   {
     const ScopedTimer timer(profile, "read");
     body.tets = read_tets(recipe.mesh_path, recipe.scale);
+    if (recipe.tet.order == 2) body.tets = with_middle_nodes(body.tets);
   }
   body.quality = measure_quality(body.tets, 0.0);
   try {
@@ -83,7 +87,6 @@ void describe_material(const Recipe& recipe, Archetype& a) {
   a.recipe = recipe.text;
   a.mesh_file = recipe.mesh;
   a.mesh_hash = sha256_of_file(recipe.mesh_path);
-  a.mass_kind = recipe.modes.mass == MassKind::kLumped ? "lumped" : "consistent";
   a.density = recipe.material.density;
   a.young = recipe.material.young;
   a.poisson = recipe.material.poisson;
@@ -100,25 +103,51 @@ void take_mesh(BodyMesh&& body, Archetype& a) {
   a.centre = move_to_centre_of_mass(a.tets);
 }
 
+/// Flat triangles lie a little inside curved tets. Gives the surface the volume and the centroid of
+/// the tets, so that a body as dense as water hovers exactly.
+void match_tets(const TetMesh& tets, TriMesh& surface) {
+  TetMoments whole;
+  for (int t = 0; t < int(tets.tets.size()); ++t) {
+    const TetMoments part = tet_moments(tets, t);
+    whole.volume += part.volume;
+    whole.first += part.first;
+  }
+  if (!restore_volume(surface, whole.volume))
+    throw NumericsError(join("the surface encloses ", enclosed_volume(surface),
+                             " m^3, the curved tets have ", whole.volume,
+                             " m^3\n  raise tet.target, or set tet.order = 1"));
+  for (int pass = 0; pass < 2; ++pass) {
+    const Vec3 move = whole.first / whole.volume - enclosed_centroid(surface);
+    for (Vec3& x : surface.vertices) x += move;
+  }
+}
+
 void sample_surface(Archetype& a, Profile& profile) {
   const ScopedTimer timer(profile, "surface");
   a.surface = boundary_surface(a.tets, a.surface_to_node);
+  if (a.tets.order() == 2) match_tets(a.tets, a.surface);
   vertex_normals_and_areas(a.surface, a.surface_normals, a.surface_areas);
   a.sdf = sample_distance(a.surface);
 }
 
-void warn_about_modes(const ModesResult& modes, Log& log) {
+void warn_about_modes(const ModesResult& modes, int wanted, Log& log) {
   if (modes.slow_blas) {
     log.warn("the reference BLAS (" + modes.blas +
              ") is 4 to 10 times slower; install libopenblas0-pthread");
   }
   if (modes.cluster_cut) {
-    log.warn(join("modes.count cuts through a cluster of equal frequencies (relative gap ",
-                  modes.cluster_gap, "): the basis depends on the mesh; take more or fewer modes"));
+    log.warn(join("no gap of the frequencies near modes.count: the last mode has a neighbour ",
+                  100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
+  } else if (modes.vibration_modes() != wanted) {
+    log.warn(join("modes.count = ", wanted, " cuts through a cluster of equal frequencies; kept ",
+                  modes.vibration_modes(), " modes, whole clusters"));
   }
 }
 
 void take_modes(ModesResult&& modes, Archetype& a) {
+  a.mass_kind = modes.mass == MassKind::kLumped ? "lumped" : "consistent";
+  a.is_static.assign(std::size_t(modes.omega2.size()), 0);
+  std::fill(a.is_static.end() - modes.static_count, a.is_static.end(), 1);
   a.omega2 = std::move(modes.omega2);
   a.residuals = std::move(modes.residuals);
   a.node_modes = std::move(modes.node_modes);
@@ -138,9 +167,10 @@ void take_modes(ModesResult&& modes, Archetype& a) {
 std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
-  return join("modes: ", a.r(), ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
-              to_hz * std::sqrt(a.omega2[a.r() - 1]), " Hz, largest residual ",
-              a.residuals.maxCoeff());
+  const Eigen::Index vibration = std::count(a.is_static.begin(), a.is_static.end(), 0);
+  return join("modes: ", vibration, ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
+              to_hz * std::sqrt(a.omega2[vibration - 1]), " Hz, largest residual ",
+              a.residuals.head(vibration).maxCoeff(), "; static vectors: ", a.r() - vibration);
 }
 
 std::string make_word(const std::string& path) {
@@ -176,7 +206,7 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
   sample_surface(a, profile);
   ModesResult modes = blaming(
       recipe, [&] { return compute_modes(a.tets, recipe.material, recipe.modes, profile); });
-  warn_about_modes(modes, log);
+  warn_about_modes(modes, recipe.modes.count, log);
   take_modes(std::move(modes), a);
   log.say(modes_line(a));
   validate(a);

@@ -3,11 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 
 #include "common/check.h"
 #include "common/input_error.h"
+#include "precompute/canonical_basis.h"
 #include "precompute/eigen_solver.h"
 #include "precompute/momentum_integrals.h"
 #include "precompute/ordering.h"
@@ -15,7 +17,6 @@
 namespace archetide {
 namespace {
 
-constexpr int kExtraModes = 3;  // computed beyond the count, to see whether a cluster is cut
 constexpr double kClusterGap =
     1e-2;  // omega gap of a cluster: mesh anisotropy splits multiplets by less
 constexpr double kLooseParts = 1e-8;   // lowest omega2 of one connected body, in E / (rho L^2)
@@ -61,14 +62,6 @@ void remove_rigid(const MatX& rigid, const MatX& weighted_rigid, MatX& modes) {
   for (int pass = 0; pass < 2; ++pass) modes -= rigid * (weighted_rigid.transpose() * modes);
 }
 
-void canonicalise_signs(MatX& modes) {
-  for (Eigen::Index k = 0; k < modes.cols(); ++k) {
-    Eigen::Index at = 0;
-    modes.col(k).cwiseAbs().maxCoeff(&at);
-    if (modes(at, k) < 0.0) modes.col(k) *= -1.0;
-  }
-}
-
 void require_solvable(const TetMesh& mesh, const ModesOptions& options) {
   const int free = 3 * int(mesh.nodes.size()) - 6, needed = 2 * (options.count + kExtraModes) + 1;
   if (needed > free)
@@ -103,7 +96,7 @@ VecX residuals(const SparseMatrix& K, const SparseMatrix& mass, const VecX& omeg
 }
 
 void require_accuracy(const ModesResult& result, double limit) {
-  for (Eigen::Index k = 0; k < result.residuals.size(); ++k)
+  for (Eigen::Index k = 0; k < result.vibration_modes(); ++k)
     if (!(result.residuals[k] <= limit))
       throw NumericsError(join("residual check: mode ", k + 1,
                                " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
@@ -136,12 +129,40 @@ void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vec
 }
 
 /// What the runtime reads of the modes.
-void reduce(const TetMesh& mesh, const SparseMatrix& K, const SparseMatrix& mass,
-            ModesResult& result) {
+void reduce(const SparseMatrix& K, const SparseMatrix& mass, ModesResult& result) {
   const MatX& modes = result.node_modes;
   result.M_r = modes.transpose() * apply_mass(mass, modes);
   result.K_r = modes.transpose() * (K * modes);
-  result.integrals = momentum_integrals(mesh.nodes, mass, modes);
+}
+
+/// Integrals over the mass of the modes, with the exact inertia; see ModesResult.
+MomentumIntegrals integrate(const TetMesh& mesh, const MaterialField& material,
+                            const SparseMatrix& mass, const ModesResult& modes) {
+  MomentumIntegrals integrals = momentum_integrals(mesh.nodes, mass, modes.node_modes);
+  if (modes.mass == MassKind::kLumped) {
+    const SparseMatrix exact = mass_matrix(mesh, material, MassKind::kConsistent);
+    integrals.Sxx =
+        momentum_integrals(mesh.nodes, exact, MatX(3 * Eigen::Index(mesh.nodes.size()), 0)).Sxx;
+  }
+  return integrals;
+}
+
+/// Puts the static response vectors behind the modes.
+void append_static(const MatX& vectors, const SparseMatrix& K, ModesResult& result) {
+  const Eigen::Index r = result.omega2.size(), s = vectors.cols();
+  result.node_modes.conservativeResize(Eigen::NoChange, r + s);
+  result.node_modes.rightCols(s) = vectors;
+  result.omega2.conservativeResize(r + s);
+  for (Eigen::Index k = 0; k < s; ++k)
+    result.omega2[r + k] = vectors.col(k).dot(K * vectors.col(k));
+  result.static_count = int(s);
+}
+
+/// Lowest E / (rho L^2), the scale of omega^2.
+double frequency_scale(const TetMesh& mesh, const MaterialField& material) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Material& m : material.materials) lowest = std::min(lowest, m.young / m.density);
+  return lowest / std::pow(bounding_diagonal(mesh.nodes), 2);
 }
 
 void require_centred(const std::vector<Vec3>& nodes, const SparseMatrix& mass) {
@@ -153,19 +174,35 @@ void require_centred(const std::vector<Vec3>& nodes, const SparseMatrix& mass) {
 
 }  // namespace
 
-ModesResult compute_modes(const TetMesh& mesh, const Material& material,
+int cut_between_clusters(const VecX& all, int wanted) {
+  // Gap in omega behind the first k, relative.
+  const auto gap = [&](int k) { return std::sqrt(all[k] / all[k - 1]) - 1.0; };
+  const int last = int(all.size()) - 1, first = std::max(1, wanted - kExtraModes);
+  for (int k = wanted; k <= last; ++k)
+    if (gap(k) >= kClusterGap) return k;
+  for (int k = wanted - 1; k >= first; --k)
+    if (gap(k) >= kClusterGap) return k;
+  int widest = wanted;
+  for (int k = first; k <= last; ++k)
+    if (gap(k) > gap(widest)) widest = k;
+  return widest;
+}
+
+ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                           const ModesOptions& options, Profile& profile) {
   ModesResult result;
   const BlasInfo blas = prepare_blas();
   result.blas = blas.name;
   result.slow_blas = blas.slow;
+  result.mass =
+      options.mass.value_or(mesh.order() == 1 ? MassKind::kLumped : MassKind::kConsistent);
 
   std::optional<ScopedTimer> timer(std::in_place, profile, "assemble");
-  const SparseMatrix mass = mass_matrix(mesh, material.density, options.mass);
+  const SparseMatrix mass = mass_matrix(mesh, material, result.mass);
   require_centred(mesh.nodes, mass);
   if (options.count == 0) {
     result.node_modes.resize(3 * Eigen::Index(mesh.nodes.size()), 0);
-    result.integrals = momentum_integrals(mesh.nodes, mass, result.node_modes);
+    result.integrals = integrate(mesh, material, mass, result);
     return result;
   }
   require_solvable(mesh, options);
@@ -174,39 +211,51 @@ ModesResult compute_modes(const TetMesh& mesh, const Material& material,
 
   timer.emplace(profile, "order");
   const std::vector<int> ordering = nested_dissection(K);
-  timer.reset();
 
-  // E / (rho L^2), the scale of omega^2.
-  const double scale =
-      material.young / material.density / std::pow(bounding_diagonal(mesh.nodes), 2);
+  timer.emplace(profile, "factor");
+  const double scale = frequency_scale(mesh, material);
   EigenOptions eigen;
   eigen.count = options.count + kExtraModes;
   eigen.sigma = -options.shift_scale * scale;
-  EigenResult found = lowest_eigenpairs(K, mass, rigid, ordering, eigen, profile);
+  std::optional<ShiftedCholesky> factor(std::in_place, shifted(K, mass, -eigen.sigma), ordering);
+
+  timer.emplace(profile, "iterate");
+  EigenResult found = lowest_eigenpairs(*factor, mass, rigid, eigen);
   result.operator_calls = found.operator_calls;
   result.rigid_energy = (rigid.transpose() * (K * rigid)).cwiseAbs().maxCoeff();
   require_one_body(found.values, scale, result.rigid_energy);
 
-  // Keep the count asked for, free of momentum.
-  timer.emplace(profile, "integrals");
+  // Keep whole clusters, free of momentum.
+  const int kept = cut_between_clusters(found.values, options.count);
+  result.omega2 = found.values.head(kept);
+  result.node_modes = found.vectors.leftCols(kept);
+  found.vectors.resize(0, 0);
   const MatX weighted_rigid = apply_mass(mass, rigid);
-  result.omega2 = found.values.head(options.count);
-  result.node_modes = found.vectors.leftCols(options.count);
   remove_rigid(rigid, weighted_rigid, result.node_modes);
-  canonicalise_signs(result.node_modes);
+  canonicalise(mesh.nodes, mass, result.omega2, result.node_modes);
+
+  timer.emplace(profile, "static");
+  if (options.loads.any())
+    append_static(static_responses(mesh, options.loads, K, mass, *factor, rigid, result.node_modes),
+                  K, result);
+  factor.reset();
+
+  timer.emplace(profile, "integrals");
   result.rigid_content = (weighted_rigid.transpose() * result.node_modes).cwiseAbs().maxCoeff();
   result.residuals = residuals(K, mass, result.omega2, result.node_modes);
-  reduce(mesh, K, mass, result);
-  result.orthonormality =
-      (result.M_r - MatX::Identity(options.count, options.count)).cwiseAbs().maxCoeff();
+  reduce(K, mass, result);
+  result.integrals = integrate(mesh, material, mass, result);
+  result.orthonormality = (result.M_r - MatX::Identity(result.omega2.size(), result.omega2.size()))
+                              .cwiseAbs()
+                              .maxCoeff();
   require_accuracy(result, options.residual);
 
   // What was left out.
-  result.next_omega2 = found.values[options.count];
-  result.cluster_gap = std::sqrt(result.next_omega2 / result.omega2[options.count - 1]) - 1.0;
+  result.next_omega2 = found.values[kept];
+  result.cluster_gap = std::sqrt(result.next_omega2 / found.values[kept - 1]) - 1.0;
   result.cluster_cut = result.cluster_gap < kClusterGap;
   timer.emplace(profile, "sturm");
-  if (options.sturm_check) sturm_check(K, mass, ordering, found.values, options.count, result);
+  if (options.sturm_check) sturm_check(K, mass, ordering, found.values, kept, result);
   return result;
 }
 

@@ -35,9 +35,9 @@ std::vector<Key> body_keys() {
        .meaning = "of the mesher's random numbers"},
       {.path = "mass",
        .type = kString,
-       .fallback = "\"consistent\"",
-       .choices = {"consistent", "lumped"},
-       .meaning = "mass matrix of the tets"},
+       .fallback = "\"auto\"",
+       .choices = {"auto", "consistent", "lumped"},
+       .meaning = "mass matrix of the tets; auto: lumped for tet.order 1, consistent for 2"},
       {.path = "tet.mesher",
        .type = kString,
        .fallback = "\"cgal\"",
@@ -51,10 +51,8 @@ std::vector<Key> body_keys() {
       {.path = "tet.order",
        .type = kInteger,
        .range = between(1, 2),
-       .fallback = "1",
-       .meaning = "polynomial order of the elements",
-       .later = "quadratic tets",
-       .later_values = {"2"}},
+       .fallback = "2",
+       .meaning = "1: linear tets; 2: quadratic ones with curved boundary"},
       {.path = "material.density",
        .type = kNumber,
        .unit = "kg/m^3",
@@ -88,7 +86,9 @@ std::vector<Key> body_keys() {
        .type = kInteger,
        .range = between(0, 1000),
        .fallback = "10",
-       .meaning = "elastic modes to keep, lowest first; 0 = a rigid body"},
+       .meaning =
+           "elastic modes to keep, lowest first; 0 = a rigid body; up to 5 more or fewer where "
+           "it would cut through equal frequencies"},
       {.path = "modes.residual",
        .type = kNumber,
        .range = between(1e-14, 1e-2),
@@ -98,9 +98,9 @@ std::vector<Key> body_keys() {
        .type = kStrings,
        .fallback = "[]",
        .choices = {"pressure", "gravity"},
-       .meaning = "residual-flexibility vectors",
-       .later = "residual-flexibility vectors",
-       .later_values = {"pressure", "gravity"}},
+       .meaning =
+           "static responses behind the modes: \"pressure\" to the pressure of the modes' own "
+           "normal motion (added mass), \"gravity\" to hydrostatic pressure along x, y, z"},
   };
 }
 
@@ -123,6 +123,17 @@ std::string body_name(const std::string& path) {
 
 std::string beside(const std::string& path, const std::string& name) {
   return (std::filesystem::path(path).parent_path() / name).string();
+}
+
+/// Empty: the default of the order.
+std::optional<MassKind> mass_kind(const Section& root, int order) {
+  const std::string word = root.string("mass");
+  if (word == "auto") return {};
+  if (word == "consistent") return MassKind::kConsistent;
+  if (order == 2)
+    throw InputError({Diagnostic{root.location("mass"), "quadratic tets have no lumped mass",
+                                 "leave mass out, or set tet.order = 1"}});
+  return MassKind::kLumped;
 }
 
 }  // namespace
@@ -148,7 +159,7 @@ Recipe read_recipe(const std::string& path) {
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");
   r.tet.seed = static_cast<unsigned>(root.integer("seed"));
-  root.integer("tet.order");
+  r.tet.order = root.integer("tet.order");
 
   r.material.density = root.number("material.density");
   r.material.young = root.number("material.young");
@@ -158,8 +169,9 @@ Recipe read_recipe(const std::string& path) {
 
   r.modes.count = root.integer("modes.count");
   r.modes.residual = root.number("modes.residual");
-  r.modes.mass = root.string("mass") == "lumped" ? MassKind::kLumped : MassKind::kConsistent;
-  root.strings("modes.static");
+  r.modes.mass = mass_kind(root, r.tet.order);
+  for (const std::string& load : root.strings("modes.static"))
+    (load == "pressure" ? r.modes.loads.pressure : r.modes.loads.gravity) = true;
   document.check_all_read();
   return r;
 }

@@ -111,6 +111,10 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
   const double volume = enclosed_volume(surface);
   TetrahedralizeResult result;
   fill_to_target(surface, has_sharp_edges(surface, edges), volume, options, result);
+  if (options.order == 2) {
+    result.mesh = with_middle_nodes(result.mesh);
+    result.curved = curve_boundary(result.mesh, surface, kSharpAngle);
+  }
   result.quality = measure_quality(result.mesh, volume);
   result.raw_volume_error = result.quality.volume_error;
 
