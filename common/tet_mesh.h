@@ -13,9 +13,9 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges = {
 
 /// Linear or quadratic tetrahedra, positively oriented: det(x1-x0, x2-x0, x3-x0) > 0.
 struct TetMesh {
-  std::vector<Vec3> nodes;               // n, m
-  std::vector<std::array<int, 4>> tets;  // nt, node indices of the corners
-  std::vector<std::array<int, 6>> mids;  // nt: nodes on the edges (quadratic), or empty (linear)
+  std::vector<Vec3> nodes;                 // n, m
+  std::vector<std::array<int, 4>> tets;    // nt, node indices of the corners
+  std::vector<std::array<int, 6>> mids{};  // nt: nodes on the edges (quadratic), or empty (linear)
 
   int order() const { return mids.empty() ? 1 : 2; }
 };

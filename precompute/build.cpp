@@ -9,6 +9,7 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
+#include "precompute/frequency_error.h"
 #include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
 #include "precompute/surface_io.h"
@@ -78,6 +79,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   TetrahedralizeResult result = tetrahedralize(surface, recipe.tet);
   body.tets = std::move(result.mesh);
   body.quality = result.quality;
+  body.surface = std::move(surface);
   return body;
 }
 
@@ -94,13 +96,39 @@ void describe_material(const Recipe& recipe, Archetype& a) {
   a.beta = recipe.beta;
 }
 
-void take_mesh(BodyMesh&& body, Archetype& a) {
+/// Fills in mesh and mean density; returns the material of every tet.
+MaterialField take_mesh(BodyMesh& body, const Recipe& recipe, Archetype& a) {
   a.mesher = body.mesher;
   a.min_dihedral = body.quality.min_dihedral;
   a.min_radius_ratio = body.quality.min_radius_ratio;
   a.volume = body.quality.volume;
   a.tets = std::move(body.tets);
-  a.centre = move_to_centre_of_mass(a.tets);
+  MaterialField materials =
+      find_materials(recipe.material, recipe.material_regions, a.tets, Vec3::Zero());
+  a.centre = move_to_centre_of_mass(a.tets, materials);
+  return materials;
+}
+
+/// Named points and frames in the rest frame; the nodes that they mean go to the options.
+ModesOptions take_points(const Recipe& recipe, Archetype& a) {
+  ModesOptions options = recipe.modes;
+  const auto nodes = [&](const std::string& name) {
+    std::vector<int> result;
+    for (const PointSet& set : a.point_sets)
+      if (set.name == name)
+        for (const int v : set.vertices) result.push_back(a.surface_to_node[v]);
+    return result;
+  };
+  for (const NamedRegion& named : recipe.points)
+    a.point_sets.push_back(find_points(named, a.surface, a.centre));
+  for (JointFrame frame : recipe.joint_frames) {
+    frame.point -= a.centre;
+    a.joint_frames.push_back(frame);
+  }
+  a.clamped = recipe.clamped;
+  if (!a.clamped.empty()) options.clamped = nodes(a.clamped);
+  for (const std::string& load : recipe.point_loads) options.loads.nodes.push_back(nodes(load));
+  return options;
 }
 
 /// Flat triangles lie a little inside curved tets. Gives the surface the volume and the centroid of
@@ -168,9 +196,14 @@ std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
   const Eigen::Index vibration = std::count(a.is_static.begin(), a.is_static.end(), 0);
+  const std::string error =
+      a.frequency_error.size() == 0
+          ? ""
+          : join(", estimated error up to ", 100 * a.frequency_error.cwiseAbs().maxCoeff(), " %");
   return join("modes: ", vibration, ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
               to_hz * std::sqrt(a.omega2[vibration - 1]), " Hz, largest residual ",
-              a.residuals.head(vibration).maxCoeff(), "; static vectors: ", a.r() - vibration);
+              a.residuals.head(vibration).maxCoeff(), error,
+              "; static vectors: ", a.r() - vibration);
 }
 
 std::string make_word(const std::string& path) {
@@ -199,15 +232,23 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
   Archetype a;
   BodyMesh body = mesh_body(recipe, log, profile);
   describe_material(recipe, a);
-  take_mesh(std::move(body), a);
-  log.say(join("tets: ", a.tets.tets.size(), ", ", 3 * a.tets.nodes.size(),
-               " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ", a.min_dihedral,
-               " degrees, radius ratio ", a.min_radius_ratio));
+  const MaterialField materials = blaming(recipe, [&] { return take_mesh(body, recipe, a); });
+  log.say(join("tets: ", a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, " : " linear, ",
+               3 * a.tets.nodes.size(), " degrees of freedom, volume ", a.volume,
+               " m^3, smallest dihedral ", a.min_dihedral, " degrees, radius ratio ",
+               a.min_radius_ratio));
   sample_surface(a, profile);
-  ModesResult modes = blaming(
-      recipe, [&] { return compute_modes(a.tets, recipe.material, recipe.modes, profile); });
-  warn_about_modes(modes, recipe.modes.count, log);
+  const ModesOptions options = take_points(recipe, a);
+  ModesResult modes =
+      blaming(recipe, [&] { return compute_modes(a.tets, materials, options, profile); });
+  warn_about_modes(modes, options.count, log);
+  const int vibration = modes.vibration_modes();
   take_modes(std::move(modes), a);
+  a.density = a.integrals.mass / a.volume;
+  if (recipe.material_regions.empty()) a.density = recipe.material.density;
+  if (vibration > 0 && recipe.clamped.empty() && !body.surface.triangles.empty())
+    a.frequency_error = estimate_frequency_errors(recipe, body.surface, a.omega2.head(vibration),
+                                                  int(a.tets.tets.size()), profile);
   log.say(modes_line(a));
   validate(a);
   return a;

@@ -63,7 +63,9 @@ void remove_rigid(const MatX& rigid, const MatX& weighted_rigid, MatX& modes) {
 }
 
 void require_solvable(const TetMesh& mesh, const ModesOptions& options) {
-  const int free = 3 * int(mesh.nodes.size()) - 6, needed = 2 * (options.count + kExtraModes) + 1;
+  const int held = options.clamped.empty() ? 6 : 3 * int(options.clamped.size());
+  const int free = 3 * int(mesh.nodes.size()) - held,
+            needed = 2 * (options.count + kExtraModes) + 1;
   if (needed > free)
     throw InputError(join("modes.count = ", options.count, " is too much for a tet mesh of ",
                           mesh.nodes.size(), " nodes"),
@@ -112,7 +114,7 @@ void require_accuracy(const ModesResult& result, double limit) {
 /// Counts eigenvalues below a shift in the widest gap at or above the last kept mode. `all`:
 /// ascending, the kept modes and the extra ones.
 void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vector<int>& ordering,
-                 const VecX& all, int kept, ModesResult& result) {
+                 const VecX& all, int kept, int rigid, ModesResult& result) {
   int below = kept;  // modes of `all` below the shift
   for (int k = kept; k < all.size(); ++k)
     if (all[k] / all[k - 1] > all[below] / all[below - 1]) below = k;
@@ -122,9 +124,9 @@ void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vec
              " are equal to round-off, nothing separates them\n  change modes.count"));
   result.sturm_shift = 0.5 * (all[below - 1] + all[below]);
   result.sturm_count = count_eigenvalues_below(K, mass, result.sturm_shift, ordering);
-  if (result.sturm_count != 6 + below)
+  if (result.sturm_count != rigid + below)
     throw NumericsError(join("Sturm check: ", result.sturm_count, " eigenvalues below ",
-                             result.sturm_shift, " 1/s^2, but 6 rigid and ", below,
+                             result.sturm_shift, " 1/s^2, but ", rigid, " rigid and ", below,
                              " elastic ones were found: the eigensolver missed some"));
 }
 
@@ -188,6 +190,71 @@ int cut_between_clusters(const VecX& all, int wanted) {
   return widest;
 }
 
+namespace {
+
+/// The system that is solved: all of the body, or what the clamp leaves free.
+struct Problem {
+  SparseMatrix K, mass;        // 3m x 3m, m x m
+  MatX rigid, weighted_rigid;  // 3m x 6 (x 0 when clamped): M-orthonormal, and M times it
+  std::vector<int> nodes;      // m: of the mesh
+};
+
+/// Rows and columns of the kept nodes, `d` dofs each; `kept` is ascending.
+SparseMatrix restricted(const SparseMatrix& matrix, const std::vector<int>& kept, int d) {
+  std::vector<int> place(std::size_t(matrix.rows()), -1);
+  for (int i = 0; i < int(kept.size()); ++i)
+    for (int a = 0; a < d; ++a) place[d * kept[i] + a] = d * i + a;
+  const int size = d * int(kept.size());
+  SparseMatrix result(size, size);
+  result.reserve(matrix.nonZeros());
+  for (int c = 0; c < matrix.cols(); ++c) {
+    if (place[c] < 0) continue;
+    result.startVec(place[c]);
+    for (SparseMatrix::InnerIterator a(matrix, c); a; ++a)
+      if (place[a.row()] >= 0) result.insertBack(place[a.row()], place[c]) = a.value();
+  }
+  result.finalize();
+  return result;
+}
+
+Problem set_up(const TetMesh& mesh, const MaterialField& material, const ModesOptions& options,
+               const SparseMatrix& mass) {
+  Problem p;
+  p.K = stiffness_matrix(mesh, material);
+  std::vector<char> held(mesh.nodes.size(), 0);
+  for (const int node : options.clamped) held[node] = 1;
+  for (int i = 0; i < int(mesh.nodes.size()); ++i)
+    if (!held[i]) p.nodes.push_back(i);
+  if (options.clamped.empty()) {
+    p.mass = mass;
+    p.rigid = rigid_vectors(mesh.nodes, mass);
+  } else {
+    p.K = restricted(p.K, p.nodes, 3);
+    p.mass = restricted(mass, p.nodes, 1);
+    p.rigid.resize(p.K.rows(), 0);
+  }
+  p.weighted_rigid = apply_mass(p.mass, p.rigid);
+  return p;
+}
+
+/// Zero at the clamped nodes.
+MatX spread(const MatX& modes, const Problem& p, std::size_t nodes) {
+  MatX all = MatX::Zero(3 * Eigen::Index(nodes), modes.cols());
+  for (std::size_t i = 0; i < p.nodes.size(); ++i)
+    all.middleRows<3>(3 * p.nodes[i]) = modes.middleRows<3>(3 * Eigen::Index(i));
+  return all;
+}
+
+std::vector<Vec3> positions(const TetMesh& mesh, const Problem& p) {
+  std::vector<Vec3> x;
+  for (const int node : p.nodes) x.push_back(mesh.nodes[node]);
+  return x;
+}
+
+double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
+
+}  // namespace
+
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                           const ModesOptions& options, Profile& profile) {
   ModesResult result;
@@ -206,56 +273,63 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
     return result;
   }
   require_solvable(mesh, options);
-  const SparseMatrix K = stiffness_matrix(mesh, material);
-  const MatX rigid = rigid_vectors(mesh.nodes, mass);
+  const Problem p = set_up(mesh, material, options, mass);
 
   timer.emplace(profile, "order");
-  const std::vector<int> ordering = nested_dissection(K);
+  const std::vector<int> ordering = nested_dissection(p.K);
 
   timer.emplace(profile, "factor");
   const double scale = frequency_scale(mesh, material);
   EigenOptions eigen;
   eigen.count = options.count + kExtraModes;
   eigen.sigma = -options.shift_scale * scale;
-  std::optional<ShiftedCholesky> factor(std::in_place, shifted(K, mass, -eigen.sigma), ordering);
+  std::optional<ShiftedCholesky> factor(std::in_place, shifted(p.K, p.mass, -eigen.sigma),
+                                        ordering);
 
   timer.emplace(profile, "iterate");
-  EigenResult found = lowest_eigenpairs(*factor, mass, rigid, eigen);
+  EigenResult found = lowest_eigenpairs(*factor, p.mass, p.rigid, eigen);
   result.operator_calls = found.operator_calls;
-  result.rigid_energy = (rigid.transpose() * (K * rigid)).cwiseAbs().maxCoeff();
+  result.rigid_energy = largest(p.rigid.transpose() * (p.K * p.rigid));
   require_one_body(found.values, scale, result.rigid_energy);
 
   // Keep whole clusters, free of momentum.
-  const int kept = cut_between_clusters(found.values, options.count);
+  const int kept =
+      options.whole_clusters ? cut_between_clusters(found.values, options.count) : options.count;
   result.omega2 = found.values.head(kept);
   result.node_modes = found.vectors.leftCols(kept);
   found.vectors.resize(0, 0);
-  const MatX weighted_rigid = apply_mass(mass, rigid);
-  remove_rigid(rigid, weighted_rigid, result.node_modes);
-  canonicalise(mesh.nodes, mass, result.omega2, result.node_modes);
+  remove_rigid(p.rigid, p.weighted_rigid, result.node_modes);
+  canonicalise(positions(mesh, p), p.mass, result.omega2, result.node_modes);
 
-  timer.emplace(profile, "static");
-  if (options.loads.any())
-    append_static(static_responses(mesh, options.loads, K, mass, *factor, rigid, result.node_modes),
-                  K, result);
+  if (options.loads.any()) {
+    ARCHETIDE_CHECK(options.clamped.empty());
+    timer.emplace(profile, "static");
+    append_static(
+        static_responses(mesh, options.loads, p.K, p.mass, *factor, p.rigid, result.node_modes),
+        p.K, result);
+  }
   factor.reset();
 
   timer.emplace(profile, "integrals");
-  result.rigid_content = (weighted_rigid.transpose() * result.node_modes).cwiseAbs().maxCoeff();
-  result.residuals = residuals(K, mass, result.omega2, result.node_modes);
-  reduce(K, mass, result);
-  result.integrals = integrate(mesh, material, mass, result);
-  result.orthonormality = (result.M_r - MatX::Identity(result.omega2.size(), result.omega2.size()))
-                              .cwiseAbs()
-                              .maxCoeff();
+  result.rigid_content = largest(p.weighted_rigid.transpose() * result.node_modes);
+  result.residuals = residuals(p.K, p.mass, result.omega2, result.node_modes);
+  reduce(p.K, p.mass, result);
+  const Eigen::Index r = result.omega2.size();
+  result.orthonormality = largest(result.M_r - MatX::Identity(r, r));
   require_accuracy(result, options.residual);
 
   // What was left out.
   result.next_omega2 = found.values[kept];
   result.cluster_gap = std::sqrt(result.next_omega2 / found.values[kept - 1]) - 1.0;
   result.cluster_cut = result.cluster_gap < kClusterGap;
-  timer.emplace(profile, "sturm");
-  if (options.sturm_check) sturm_check(K, mass, ordering, found.values, kept, result);
+  if (options.sturm_check) {
+    timer.emplace(profile, "sturm");
+    sturm_check(p.K, p.mass, ordering, found.values, kept, int(p.rigid.cols()), result);
+  }
+
+  timer.emplace(profile, "integrals");
+  result.node_modes = spread(result.node_modes, p, mesh.nodes.size());
+  result.integrals = integrate(mesh, material, mass, result);
   return result;
 }
 

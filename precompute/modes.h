@@ -19,7 +19,11 @@ struct ModesOptions {
   std::optional<MassKind> mass;  // default: lumped for linear tets, consistent for quadratic ones
   double shift_scale = 0.1;      // sigma = -shift_scale E / (rho L^2), L the bounding-box diagonal
   bool sturm_check = true;  // count eigenvalues below the last one by inertia: no mode was missed
-  StaticLoads loads;        // static response vectors behind the modes
+  bool whole_clusters = true;  // false: exactly `count`
+  StaticLoads loads;           // static response vectors behind the modes
+  /// Nodes held still. The modes are then those of the held body: nothing rigid is taken out, they
+  /// carry momentum, and they vanish at these nodes. Not together with static responses.
+  std::vector<int> clamped;
 };
 
 /// Computed beyond the count, to see where a cluster ends.

@@ -70,6 +70,95 @@ std::vector<Key> body_keys() {
        .range = strictly_between(-1, 0.5),
        .fallback = "required",
        .meaning = "Poisson's ratio"},
+      {.path = "material_region[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning =
+           "another material where the tets' centroids lie in a box or a ball; the last wins"},
+      {.path = "material_region[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two opposite corners"},
+      {.path = "material_region[].center",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
+      {.path = "material_region[].radius",
+       .type = kNumber,
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "material_region[].density",
+       .type = kNumber,
+       .unit = "kg/m^3",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "mass density"},
+      {.path = "material_region[].young",
+       .type = kNumber,
+       .unit = "Pa",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "Young's modulus"},
+      {.path = "material_region[].poisson",
+       .type = kNumber,
+       .range = strictly_between(-1, 0.5),
+       .fallback = "required",
+       .meaning = "Poisson's ratio"},
+      {.path = "points[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "a named set of surface points, by a box, a ball or a list"},
+      {.path = "points[].name",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "for clamped, modes.static and scenes"},
+      {.path = "points[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two opposite corners"},
+      {.path = "points[].center",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
+      {.path = "points[].radius",
+       .type = kNumber,
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "points[].list",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "the nearest surface vertex of each point"},
+      {.path = "joint_frame[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "a named point with axes, for joints"},
+      {.path = "joint_frame[].name",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "its name"},
+      {.path = "joint_frame[].point",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "required",
+       .meaning = "in the coordinates of the mesh file times scale"},
+      {.path = "joint_frame[].x", .type = kVec3, .fallback = "[1, 0, 0]", .meaning = "first axis"},
+      {.path = "joint_frame[].z",
+       .type = kVec3,
+       .fallback = "[0, 0, 1]",
+       .meaning = "third axis; made normal to the first"},
+      {.path = "clamped",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "point set held still while the modes are computed (absent: a free body)"},
       {.path = "damping.alpha",
        .type = kNumber,
        .unit = "1/s",
@@ -136,6 +225,80 @@ std::optional<MassKind> mass_kind(const Section& root, int order) {
   return MassKind::kLumped;
 }
 
+/// A box, a ball or (for point sets) a list.
+Region read_region(const Section& s, bool may_list) {
+  Region region;
+  const bool list = may_list && s.has("list");
+  const bool ball = s.has("center") || s.has("radius");
+  if (s.has("box") + ball + list != 1)
+    throw InputError({s.error("", may_list ? "needs one of box, center with radius, and list"
+                                           : "needs one of box and center with radius")});
+  if (list) region.list = s.points("list");
+  if (s.has("box")) {
+    const std::vector<Vec3> corners = s.points("box");
+    if (corners.size() != 2)
+      throw InputError({s.error("box", "a box has two corners, [[x, y, z], [x, y, z]]")});
+    region.box = {corners[0].cwiseMin(corners[1]), corners[0].cwiseMax(corners[1])};
+  }
+  if (ball) {
+    if (!s.has("center") || !s.has("radius"))
+      throw InputError({s.error("", "a ball needs both center and radius")});
+    region.ball = {s.vec3("center"), s.number("radius")};
+  }
+  return region;
+}
+
+JointFrame read_joint_frame(const Section& s) {
+  JointFrame frame{s.string("name"), s.vec3("point"), Mat3::Identity()};
+  const Vec3 x = s.vec3("x"), z = s.vec3("z");
+  const Vec3 y = z.cross(x);
+  if (!(y.norm() > 1e-6 * x.norm() * z.norm()))
+    throw InputError({s.error("", "x and z must be two different directions")});
+  frame.axes << x.normalized(), y.normalized(), x.cross(y).normalized();
+  return frame;
+}
+
+void require_point_set(const Section& root, const std::string& key, const std::string& name,
+                       const Recipe& r) {
+  std::string known;
+  for (const NamedRegion& set : r.points) {
+    if (set.name == name) return;
+    known += (known.empty() ? "" : ", ") + set.name;
+  }
+  throw InputError({root.error(
+      key, "there is no point set \"" + name + "\"",
+      known.empty() ? "add [[points]] with this name" : "the point sets are: " + known)});
+}
+
+/// Regions, point sets, frames and what refers to them.
+void read_parts(const Section& root, Recipe& r) {
+  for (const Section& s : root.sections("material_region"))
+    r.material_regions.push_back({read_region(s, false),
+                                  {s.number("density"), s.number("young"), s.number("poisson")},
+                                  s.location()});
+  for (const Section& s : root.sections("points"))
+    r.points.push_back({s.string("name"), read_region(s, true), s.location()});
+  for (const Section& s : root.sections("joint_frame"))
+    r.joint_frames.push_back(read_joint_frame(s));
+  if (root.has("clamped")) {
+    r.clamped = root.string("clamped");
+    require_point_set(root, "clamped", r.clamped, r);
+  }
+  for (const std::string& load : root.strings("modes.static")) {
+    if (load == "pressure") {
+      r.modes.loads.pressure = true;
+    } else if (load == "gravity") {
+      r.modes.loads.gravity = true;
+    } else {
+      require_point_set(root, "modes.static", load, r);
+      r.point_loads.push_back(load);
+    }
+  }
+  if (!r.clamped.empty() && (r.modes.loads.any() || !r.point_loads.empty()))
+    throw InputError({root.error("modes.static", "static responses are those of a free body",
+                                 "remove clamped or modes.static")});
+}
+
 }  // namespace
 
 const Schema& body_schema() {
@@ -170,8 +333,7 @@ Recipe read_recipe(const std::string& path) {
   r.modes.count = root.integer("modes.count");
   r.modes.residual = root.number("modes.residual");
   r.modes.mass = mass_kind(root, r.tet.order);
-  for (const std::string& load : root.strings("modes.static"))
-    (load == "pressure" ? r.modes.loads.pressure : r.modes.loads.gravity) = true;
+  read_parts(root, r);
   document.check_all_read();
   return r;
 }

@@ -87,6 +87,7 @@ void fill_to_target(const TriMesh& surface, bool sharp, double volume,
     request.size = result.edge;
     request.facet_distance = kFacetDistance * result.edge;
     request.seed = options.seed;
+    if (getenv("SLIVER")) request.sliver_bound = atof(getenv("SLIVER"));
     result.mesh = fill(surface, sharp, options.mesher, request);
     const double ratio = double(result.mesh.tets.size()) / options.target;
     if (std::abs(ratio - 1.0) <= options.target_tolerance || result.attempts == 2 || ratio == 0.0)
