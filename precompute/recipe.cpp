@@ -186,7 +186,6 @@ std::vector<Key> body_keys() {
       {.path = "modes.static",
        .type = kStrings,
        .fallback = "[]",
-       .choices = {"pressure", "gravity"},
        .meaning =
            "static responses behind the modes: \"pressure\" to the pressure of the modes' own "
            "normal motion (added mass), \"gravity\" to hydrostatic pressure along x, y, z"},

@@ -16,7 +16,8 @@ constexpr double kLargestMove = 0.75;
 constexpr double kSmoothCosine =
     0.77;                   // node and triangle normals within 40 degrees: not a sharp edge
 constexpr int kPasses = 8;  // Newton steps; the volume is nearly linear in the move
-constexpr double kRoundOff = 1e-15;  // relative
+constexpr double kRoundOff = 1e-15;  // relative: the volume is reached
+constexpr double kNothing = 1e-13;   // relative: too little to complain about
 
 /// How far each vertex stands out from its neighbours along its normal, m; 0 at sharp edges.
 std::vector<double> sags(const TriMesh& surface, const std::vector<Vec3>& normals) {
@@ -74,7 +75,11 @@ bool restore_volume(TriMesh& surface, double volume) {
     const double missing = volume - enclosed_volume(moved);
     if (std::abs(missing) <= kRoundOff * volume) break;
     const double move = missing / gain;
-    if (!(std::abs(move) <= kLargestMove)) return false;
+    // Flat sides have no sag: nothing to move, and nothing missing but round-off.
+    if (!(std::abs(move) <= kLargestMove)) {
+      if (std::abs(missing) <= kNothing * volume) break;
+      return false;
+    }
     for (std::size_t v = 0; v < sag.size(); ++v) moved.vertices[v] += move * sag[v] * normals[v];
   }
   surface = std::move(moved);

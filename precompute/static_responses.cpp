@@ -9,7 +9,7 @@
 namespace archetide {
 namespace {
 
-constexpr double kWeakLoad = 1e-4;   // response energy next to the strongest of its kind
+constexpr double kWeakLoad = 1e-2;   // response energy next to the strongest of its kind
 constexpr double kDependent = 1e-6;  // smallest eigenvalue of the responses' Gram matrix
 constexpr int kMaxPasses = 200;
 constexpr double kAccuracy = 1e-10;  // of the static solution, relative
@@ -20,31 +20,32 @@ MatX side_by_side(const MatX& a, const MatX& b) {
   return both;
 }
 
+double normal_displacement(const BoundaryPoint& point, const Eigen::Ref<const VecX>& mode) {
+  Vec3 u = Vec3::Zero();
+  for (int i = 0; i < point.count; ++i) u += point.N[i] * mode.segment<3>(3 * point.nodes[i]);
+  return u.dot(point.area.normalized());
+}
+
 /// Loads of each kind: they are compared with their own kind only.
 std::vector<MatX> all_loads(const TetMesh& mesh, const StaticLoads& loads, const MatX& modes) {
   const Eigen::Index n = 3 * Eigen::Index(mesh.nodes.size());
-  std::vector<int> nodes;
-  std::vector<Vec3> normals;
-  std::vector<double> areas;
-  const TriMesh surface = boundary_surface(mesh, nodes);
-  vertex_normals_and_areas(surface, normals, areas);
+  const std::vector<BoundaryPoint> points = boundary_points(mesh);
+  VecX p(Eigen::Index(points.size()));
   std::vector<MatX> kinds;
   if (loads.pressure && modes.cols() > 0) {
     MatX f(n, modes.cols());
-    VecX p(Eigen::Index(nodes.size()));
     for (Eigen::Index k = 0; k < modes.cols(); ++k) {
-      for (std::size_t v = 0; v < nodes.size(); ++v)
-        p[Eigen::Index(v)] = normals[v].dot(modes.col(k).segment<3>(3 * nodes[v]));
-      f.col(k) = pressure_load(mesh, surface, nodes, p);
+      for (Eigen::Index i = 0; i < p.size(); ++i)
+        p[i] = normal_displacement(points[std::size_t(i)], modes.col(k));
+      f.col(k) = pressure_load(mesh, points, p);
     }
     kinds.push_back(f);
   }
   if (loads.gravity) {
     MatX f(n, 3);
-    VecX p(Eigen::Index(nodes.size()));
     for (int axis = 0; axis < 3; ++axis) {
-      for (std::size_t v = 0; v < nodes.size(); ++v) p[Eigen::Index(v)] = surface.vertices[v][axis];
-      f.col(axis) = pressure_load(mesh, surface, nodes, p);
+      for (Eigen::Index i = 0; i < p.size(); ++i) p[i] = points[std::size_t(i)].position[axis];
+      f.col(axis) = pressure_load(mesh, points, p);
     }
     kinds.push_back(f);
   }
@@ -106,16 +107,13 @@ MatX rayleigh_ritz(const MatX& x, const SparseMatrix& K, const SparseMatrix& mas
 
 }  // namespace
 
-VecX pressure_load(const TetMesh& mesh, const TriMesh& surface, const std::vector<int>& nodes,
+VecX pressure_load(const TetMesh& mesh, const std::vector<BoundaryPoint>& points,
                    const VecX& pressure) {
   VecX f = VecX::Zero(3 * Eigen::Index(mesh.nodes.size()));
-  for (const Vec3i& t : surface.triangles) {
-    const Vec3 a = surface.vertices[t[0]], b = surface.vertices[t[1]], c = surface.vertices[t[2]];
-    const Vec3 area = 0.5 * (b - a).cross(c - a);
-    const double sum = pressure[t[0]] + pressure[t[1]] + pressure[t[2]];
-    // ∫ N_i p over a triangle = A / 12 (p_i + sum of all three)
-    for (const int v : t) f.segment<3>(3 * nodes[v]) -= (pressure[v] + sum) / 12.0 * area;
-  }
+  for (std::size_t k = 0; k < points.size(); ++k)
+    for (int i = 0; i < points[k].count; ++i)
+      f.segment<3>(3 * points[k].nodes[i]) -=
+          points[k].N[i] * pressure[Eigen::Index(k)] * points[k].area;
   return f;
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "precompute/boundary_quadrature.h"
 #include "precompute/elasticity.h"
 #include "precompute/shifted_cholesky.h"
 
@@ -30,9 +31,9 @@ MatX static_responses(const TetMesh& mesh, const StaticLoads& loads, const Spars
                       const SparseMatrix& mass, ShiftedCholesky& factor, const MatX& rigid,
                       const MatX& modes);
 
-/// Nodal forces (3n) of a pressure on the boundary's flat triangles: f = -integral of N p n.
-/// `pressure`: at the vertices of boundary_surface().
-VecX pressure_load(const TetMesh& mesh, const TriMesh& surface, const std::vector<int>& nodes,
+/// Nodal forces (3n) of a pressure (Pa, at each of the boundary's points): f_i = -integral of N_i p
+/// n.
+VecX pressure_load(const TetMesh& mesh, const std::vector<BoundaryPoint>& points,
                    const VecX& pressure);
 
 }  // namespace archetide

@@ -116,7 +116,7 @@ void bar_rows() {
   const double bending[4] = {0.3200270767, 0.8678313038, 1.662797132, 2.671223514};
   const int first[4] = {0, 2, 4, 7};  // the torsional mode is the seventh
   for (const auto& [order, target] :
-       std::vector<std::pair<int, int>>{{2, 500}, {2, 850}, {2, 3'000}, {1, 3'000}, {1, 20'000}}) {
+       std::vector<std::pair<int, int>>{{2, 560}, {2, 620}, {2, 680}, {2, 740}, {2, 3'000}, {1, 3'000}, {1, 20'000}}) {
     const Case c{"bar", surface, order, target, 9};
     const VecX omega = run(c);
     for (int k = 0; k < 4; ++k)

@@ -60,11 +60,22 @@ TEST(TetMoments, OfACurvedTetFollowFromTheDivergenceTheorem) {
   const double straight = tet_moments(mesh, 0).volume;
   EXPECT_NEAR(straight, 1.0 / 6.0, 1e-15);
   for (int e = 0; e < 3; ++e) mesh.nodes[mesh.mids[0][e]][2] += 0.1;  // edges of the face z = 0
-  // The face is z = 0.1 (4 xy + 4 x(1-x-y) + 4 y(1-x-y)) over the unit triangle:
-  // volume 0.1 * 4 * 3 / 24, first moment in x 0.1 * 4 * (2 + 2 + 1) / 120.
-  const TetMoments m = tet_moments(mesh, 0);
-  EXPECT_NEAR(m.volume - straight, 0.05, 1e-15);
-  EXPECT_NEAR(m.first[0] - 1.0 / 24.0, 1.0 / 60.0, 1e-15);
+  // The face bulges by 0.4 (L0 L1 + L1 L2 + L0 L2), which adds 0.4 * 3 / 12 of its area 1/2; the
+  // edge 1-2 takes the slanted face along, whose vector area has the z component -1/2: minus 0.4 /
+  // 12 / 2.
+  EXPECT_NEAR(tet_moments(mesh, 0).volume - straight, 0.05 - 1.0 / 60.0, 1e-15);
+}
+
+TEST(TetMoments, FollowATranslation) {
+  TetMesh mesh =
+      with_middle_nodes(TetMesh{{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, -1}}, {{0, 1, 2, 3}}});
+  mesh.nodes[6] += Vec3(0.05, -0.1, 0.1);
+  const TetMoments before = tet_moments(mesh, 0);
+  const Vec3 move(1, -2, 3);
+  for (Vec3& x : mesh.nodes) x += move;
+  const TetMoments after = tet_moments(mesh, 0);
+  EXPECT_NEAR(after.volume, before.volume, 1e-14);
+  EXPECT_LT((after.first - before.first - before.volume * move).norm(), 1e-14);
 }
 
 TEST(SmallestJacobian, IsOneForStraightTetsAndNegativeForFoldedOnes) {
