@@ -46,7 +46,7 @@ std::vector<Key> body_keys() {
       {.path = "tet.target",
        .type = kInteger,
        .range = between(100, 5e6),
-       .fallback = "10_000",
+       .fallback = "4_000",
        .meaning = "wanted number of tets (not for meshes of tets)"},
       {.path = "tet.order",
        .type = kInteger,

@@ -264,7 +264,7 @@ TEST(ArchetypeFile, SaysWhatIsWrongWithAForeignFile) {
     newer.attribute("format_version", Archetype::kFormatVersion + 1);
     newer.commit();
   }
-  EXPECT_NE(reading_error(path).find("format version 2, this program reads version 1"),
+  EXPECT_NE(reading_error(path).find("format version 3, this program reads version 2"),
             std::string::npos)
       << reading_error(path);
   std::filesystem::remove(path);
