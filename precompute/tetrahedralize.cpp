@@ -83,7 +83,7 @@ TetMesh fill(const TriMesh& surface, bool sharp, Mesher mesher, const MeshReques
 /// out; 6 takes a few seconds and passes the gate.
 double sliver_bound(const TriMesh& surface, double volume, double edge) {
   const double layers = 2.0 * volume / (surface_area(surface) * edge);
-  return layers < 2.5 ? 6.0 : 12.0;
+  return layers < 2.2 ? 6.0 : 12.0;
 }
 
 /// Up to two attempts: the second one corrects the size when the first missed the target.
