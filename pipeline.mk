@@ -181,7 +181,7 @@ new-body:
 	  'schema = 1' \
 	  'mesh = "$(notdir $(M))"' \
 	  'scale = 1.0                       # mesh units to metres' \
-	  'tet = { mesher = "cgal", target = 10_000 }' \
+	  'tet = { mesher = "cgal", target = 4_000 }' \
 	  'material = { density = 500.0, young = 5e4, poisson = 0.4 }' \
 	  'damping = { alpha = 0.0, beta = 0.005 }' \
 	  'modes = { count = 10 }' >"$$recipe"; \

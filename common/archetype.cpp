@@ -1,5 +1,6 @@
 #include "common/archetype.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -27,6 +28,7 @@ void runtime_fields(Io& io, A& a) {
   io("mesher", a.mesher, "1", "text: cgal | gmsh | input");
   io("mass_kind", a.mass_kind, "1", "text: consistent | lumped");
   io("blas", a.blas, "1", "text");
+  io("clamped", a.clamped, "1", "text: a point set, or empty");
   io("density", a.density, "kg/m^3", "scalar");
   io("young", a.young, "Pa", "scalar");
   io("poisson", a.poisson, "1", "scalar");
@@ -45,8 +47,12 @@ void runtime_fields(Io& io, A& a) {
   io("sdf_spacing", a.sdf.spacing, "m", "scalar");
   io("sdf_nodes", a.sdf.nodes, "1", "3");
   io("sdf_values", a.sdf.values, "m", "nx ny nz, x fastest");
+  io.point_sets(a.point_sets);
+  io.joint_frames(a.joint_frames);
   io("omega2", a.omega2, "1/s^2", "r");
   io("residuals", a.residuals, "1", "r");
+  io("is_static", a.is_static, "1", "r");
+  io("frequency_error", a.frequency_error, "1", "vibration modes, or 0");
   io.modes("surface_modes", a.surface_modes, "m", "r x ns x 3");
   io.square("M_r", a.M_r, "kg", "r x r");
   io.square("K_r", a.K_r, "N/m", "r x r");
@@ -61,6 +67,7 @@ template <class Io, class A>
 void full_fields(Io& io, A& a) {
   io("nodes", a.tets.nodes, "m", "n x 3");
   io("tets", a.tets.tets, "1", "nt x 4");
+  io("mids", a.tets.mids, "1", "nt x 6, or 0 x 6");
   io.modes("node_modes", a.node_modes, "m", "r x n x 3");
 }
 
@@ -111,6 +118,9 @@ DataArray to_array(const std::vector<Vec3i>& x) {
 }
 DataArray to_array(const std::vector<std::array<int, 4>>& x) {
   return pack(Type::kInt32, {x.size(), 4}, reinterpret_cast<const int*>(x.data()));
+}
+DataArray to_array(const std::vector<std::array<int, 6>>& x) {
+  return pack(Type::kInt32, {x.size(), 6}, reinterpret_cast<const int*>(x.data()));
 }
 DataArray to_array(const std::vector<Mat3>& x) {
   std::vector<double> values;
@@ -167,6 +177,7 @@ struct Unpack {
   bool into(std::vector<Vec3>& x) const { return into_list(Type::kFloat64, x, 3); }
   bool into(std::vector<Vec3i>& x) const { return into_list(Type::kInt32, x, 3); }
   bool into(std::vector<std::array<int, 4>>& x) const { return into_list(Type::kInt32, x, 4); }
+  bool into(std::vector<std::array<int, 6>>& x) const { return into_list(Type::kInt32, x, 6); }
   bool into(std::vector<Mat3>& x) const {
     if (!is(Type::kFloat64, 3, 3) || dim(1) != 3) return false;
     x.resize(dim(0));
@@ -175,6 +186,21 @@ struct Unpack {
     return true;
   }
 };
+
+/// Names as one text, a line each.
+template <class List>
+std::string names_of(const List& list) {
+  std::string text;
+  for (const auto& item : list) text += item.name + "\n";
+  return text;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    lines.push_back(text.substr(at, end - at));
+  return lines;
+}
 
 // ---- writer and reader over the table of fields -----------------------------------------------
 
@@ -199,6 +225,24 @@ struct FieldWriter {
   template <class T>
   void operator()(const char* field, const T& value, const char* unit, const char* shape) {
     put(field, to_array(value), unit, shape);
+  }
+  void point_sets(const std::vector<PointSet>& sets) {
+    std::vector<int> ends, vertices;
+    for (const PointSet& set : sets) {
+      vertices.insert(vertices.end(), set.vertices.begin(), set.vertices.end());
+      ends.push_back(static_cast<int>(vertices.size()));
+    }
+    put("point_set_names", to_array(names_of(sets)), "1", "text: a line each");
+    put("point_set_ends", to_array(ends), "1", "sets");
+    put("point_set_vertices", to_array(vertices), "1", "all sets, one after the other");
+  }
+  void joint_frames(const std::vector<JointFrame>& frames) {
+    std::vector<Vec3> points;
+    std::vector<Mat3> axes;
+    for (const JointFrame& f : frames) points.push_back(f.point), axes.push_back(f.axes);
+    put("joint_frame_names", to_array(names_of(frames)), "1", "text: a line each");
+    put("joint_frame_points", to_array(points), "m", "frames x 3");
+    put("joint_frame_axes", to_array(axes), "1", "frames x 3 x 3, axes are columns");
   }
   /// 3 n x r by columns is (r, n, 3) by rows: modes are stored as they stand in memory.
   void modes(const char* field, const MatX& m, const char* unit, const char* shape) {
@@ -229,6 +273,37 @@ struct FieldReader {
   template <class T>
   void operator()(const char* field, T& value, const char*, const char* shape) {
     demand(Unpack{take(field)}.into(value), field, shape);
+  }
+  void point_sets(std::vector<PointSet>& sets) {
+    std::string names;
+    std::vector<int> ends, vertices;
+    (*this)("point_set_names", names, "", "text");
+    (*this)("point_set_ends", ends, "", "sets");
+    (*this)("point_set_vertices", vertices, "", "all sets");
+    const std::vector<std::string> lines = lines_of(names);
+    bool fits = lines.size() == ends.size();
+    for (std::size_t i = 0, begin = 0; fits && i < ends.size(); ++i) {
+      const auto end = static_cast<std::size_t>(ends[i]);
+      fits = begin <= end && end <= vertices.size();
+      if (!fits) break;
+      sets.push_back({lines[i],
+                      {vertices.begin() + static_cast<std::ptrdiff_t>(begin),
+                       vertices.begin() + static_cast<std::ptrdiff_t>(end)}});
+      begin = end;
+    }
+    demand(fits, "point_set_ends", "sets");
+  }
+  void joint_frames(std::vector<JointFrame>& frames) {
+    std::string names;
+    std::vector<Vec3> points;
+    std::vector<Mat3> axes;
+    (*this)("joint_frame_names", names, "", "text");
+    (*this)("joint_frame_points", points, "", "frames x 3");
+    (*this)("joint_frame_axes", axes, "", "frames x 3 x 3");
+    const std::vector<std::string> lines = lines_of(names);
+    demand(lines.size() == points.size() && points.size() == axes.size(), "joint_frame_points",
+           "frames x 3");
+    for (std::size_t i = 0; i < lines.size(); ++i) frames.push_back({lines[i], points[i], axes[i]});
   }
   void modes(const char* field, MatX& m, const char*, const char* shape) {
     const DataArray array = take(field);
@@ -325,6 +400,16 @@ void validate_surface(const Archetype& a) {
   demand_finite(a.surface_normals, "surface_normals");
   demand_size(a.surface_areas, ns, "surface_areas");
   demand_finite(a.surface_areas, "surface_areas");
+  for (const PointSet& set : a.point_sets) {
+    demand_field(!set.name.empty() && set.name.find('\n') == std::string::npos, "point_set_names",
+                 "empty or with a line end");
+    for (const int v : set.vertices)
+      demand_field(v >= 0 && v < ns, "point_set_vertices", "index out of range");
+  }
+  for (const JointFrame& frame : a.joint_frames) {
+    demand_finite(frame.point, "joint_frame_points");
+    demand_finite(frame.axes, "joint_frame_axes");
+  }
   const Eigen::Matrix<Eigen::Index, 3, 1> nodes = a.sdf.nodes.cast<Eigen::Index>();
   demand_field(nodes.minCoeff() >= 0, "sdf_nodes", "negative");
   demand_size(a.sdf.values, nodes.prod(), "sdf_values");
@@ -336,6 +421,13 @@ void validate_modes(const Archetype& a) {
   demand_finite(a.omega2, "omega2");
   demand_field(r == 0 || a.omega2.minCoeff() > 0, "omega2", "not positive");
   demand_size(a.residuals, r, "residuals");
+  demand_size(a.is_static, r, "is_static");
+  demand_field(std::is_sorted(a.is_static.begin(), a.is_static.end()), "is_static",
+               "a vibration mode behind a static vector");
+  demand_finite(a.frequency_error, "frequency_error");
+  if (a.frequency_error.size() > 0)
+    demand_size(a.frequency_error, std::count(a.is_static.begin(), a.is_static.end(), 0),
+                "frequency_error");
   demand_shape(a.surface_modes, 3 * static_cast<Eigen::Index>(a.surface.vertices.size()), r,
                "surface_modes");
   demand_shape(a.M_r, r, r, "M_r");
@@ -354,6 +446,9 @@ void validate_tets(const Archetype& a) {
   if (a.tets.nodes.empty()) return;
   demand_finite(a.tets.nodes, "nodes");
   demand_indices(a.tets.tets, a.tets.nodes.size(), "tets");
+  demand_indices(a.tets.mids, a.tets.nodes.size(), "mids");
+  demand_field(a.tets.mids.empty() || a.tets.mids.size() == a.tets.tets.size(), "mids",
+               "neither one for each tet nor none");
   demand_shape(a.node_modes, 3 * static_cast<Eigen::Index>(a.tets.nodes.size()), a.r(),
                "node_modes");
   for (const int node : a.surface_to_node) {

@@ -24,11 +24,24 @@ struct MomentumIntegrals {
   std::vector<Mat3> B;      // r*r, B[i*r+j] = sum m phi_i phi_j^T, kg
 };
 
+/// Vertices of the rest surface under a name, for loads, actuation and joints.
+struct PointSet {
+  std::string name;
+  std::vector<int> vertices;  // ascending
+};
+
+/// A named point with three axes (columns, orthonormal) in the rest frame, for joints.
+struct JointFrame {
+  std::string name;
+  Vec3 point = Vec3::Zero();     // m
+  Mat3 axes = Mat3::Identity();  // 1
+};
+
 /// Precomputed description of one deformable shape, shared (const) by all its instances. SI units;
 /// rest frame: origin at the centre of mass, axes of the input mesh. n nodes, nt tets, ns surface
 /// vertices, nf surface triangles, r elastic modes.
 struct Archetype {
-  static constexpr int kFormatVersion = 1;
+  static constexpr int kFormatVersion = 2;
 
   // Provenance.
   std::string name;
@@ -41,26 +54,36 @@ struct Archetype {
   std::string blas;          // the BLAS that the eigensolver used
   std::string content_hash;  // SHA-256 over all stored arrays, hex; checked on reading
 
-  // Material (SI) and Rayleigh damping C = alpha M + beta K.
+  std::string clamped;  // point set that the modes were computed with held still; "" = free
+
+  // Material (SI) and Rayleigh damping C = alpha M + beta K. Several materials: density is the mean
+  // (mass / volume), young and poisson those of the first.
   double density = 0.0, young = 0.0, poisson = 0.0;  // kg/m^3, Pa, 1
   double alpha = 0.0, beta = 0.0;                    // 1/s, s
 
   // Geometry in the rest frame.
   TetMesh tets;                       // n, nt (empty when read with Part::kRuntime)
-  TriMesh surface;                    // ns, nf: boundary of the tets, outward
+  TriMesh surface;                    // ns, nf: boundary, outward, with the tets' volume and centre
   std::vector<int> surface_to_node;   // ns
   std::vector<Vec3> surface_normals;  // ns, unit, outward
   std::vector<double> surface_areas;  // ns, m^2
   GridSdf sdf;                        // of the rest surface
-  double volume = 0.0;                // of the tets, m^3
-  Vec3 centre = Vec3::Zero();         // rest-frame origin in the coordinates of the input mesh, m
+  std::vector<PointSet> point_sets;
+  std::vector<JointFrame> joint_frames;
+  double volume = 0.0;         // of the tets, m^3
+  Vec3 centre = Vec3::Zero();  // rest-frame origin in the coordinates of the input mesh, m
 
   // Modes: K phi = omega^2 M phi, phi^T M phi = 1 kg (so M_r = 1 kg * identity up to round-off).
-  VecX omega2;         // r, 1/s^2, ascending, rigid modes removed
-  VecX residuals;      // r, |K phi - omega^2 M phi| / |K phi|
-  MatX surface_modes;  // 3 ns x r, m per unit q; row 3 v + axis
-  MatX node_modes;     // 3 n x r (empty when read with Part::kRuntime)
-  MatX M_r, K_r;       // r x r, reduced mass (kg) and stiffness (N/m)
+  // Static response vectors stand behind the vibration modes: M-orthonormal to all others, K_r
+  // diagonal, omega2 their Rayleigh quotient; they solve no eigenproblem.
+  VecX omega2;                 // r, 1/s^2, ascending, rigid modes removed
+  VecX residuals;              // r, |K phi - omega^2 M phi| / |K phi|
+  std::vector<int> is_static;  // r, 1: a static response vector, 0: a vibration mode
+  VecX frequency_error;        // estimated relative error of each vibration mode's frequency
+                               // (mesh refinement; positive: too high), or empty: not estimated
+  MatX surface_modes;          // 3 ns x r, m per unit q; row 3 v + axis
+  MatX node_modes;             // 3 n x r (empty when read with Part::kRuntime)
+  MatX M_r, K_r;               // r x r, reduced mass (kg) and stiffness (N/m)
   MomentumIntegrals integrals;
 
   // Quality of the tets: worst minimum dihedral angle (degrees) and radius ratio (1 = regular).

@@ -44,6 +44,31 @@ std::vector<int> boundary_faces(const TetMesh& mesh) {
   return faces;
 }
 
+/// The middle node between two corners of a quadratic tet.
+int mid_node(const TetMesh& mesh, int tet, int a, int b) {
+  for (int e = 0; e < 6; ++e) {
+    const auto& [p, q] = kTetEdges[e];
+    if ((p == a && q == b) || (p == b && q == a)) return mesh.mids[tet][e];
+  }
+  return -1;
+}
+
+/// The flat triangles of a boundary face: one, or four around the middle nodes.
+void add_face(const TetMesh& mesh, int face, std::vector<Vec3i>& triangles) {
+  const int tet = face / 4;
+  const std::array<int, 3>& f = kFaces[face % 4];
+  const Vec3i v(mesh.tets[tet][f[0]], mesh.tets[tet][f[1]], mesh.tets[tet][f[2]]);
+  if (mesh.order() == 1) {
+    triangles.push_back(v);
+    return;
+  }
+  const Vec3i m(mid_node(mesh, tet, f[0], f[1]), mid_node(mesh, tet, f[1], f[2]),
+                mid_node(mesh, tet, f[2], f[0]));
+  for (const Vec3i& t : {Vec3i(v[0], m[0], m[2]), Vec3i(v[1], m[1], m[0]), Vec3i(v[2], m[2], m[1]),
+                         Vec3i(m[0], m[1], m[2])})
+    triangles.push_back(t);
+}
+
 }  // namespace
 
 double tet_volume(const TetMesh& mesh, int tet) {
@@ -55,12 +80,9 @@ double tet_volume(const TetMesh& mesh, int tet) {
 TriMesh boundary_surface(const TetMesh& mesh, std::vector<int>& surface_to_node) {
   TriMesh surface;
   std::vector<int> node_to_surface(mesh.nodes.size(), -1);
-  for (const int face : boundary_faces(mesh)) {
-    const std::array<int, 4>& tet = mesh.tets[face / 4];
-    const std::array<int, 3>& corners = kFaces[face % 4];
-    surface.triangles.emplace_back(tet[corners[0]], tet[corners[1]], tet[corners[2]]);
-    for (const int node : surface.triangles.back()) node_to_surface[node] = 0;
-  }
+  for (const int face : boundary_faces(mesh)) add_face(mesh, face, surface.triangles);
+  for (const Vec3i& t : surface.triangles)
+    for (const int node : t) node_to_surface[node] = 0;
 
   // Number the surface vertices in the order of their nodes.
   surface_to_node.clear();

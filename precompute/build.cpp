@@ -1,5 +1,6 @@
 #include "precompute/build.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <numbers>
@@ -8,8 +9,11 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
+#include "precompute/frequency_error.h"
+#include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
 #include "precompute/surface_io.h"
+#include "precompute/tet_element.h"
 #include "precompute/tet_io.h"
 
 namespace archetide {
@@ -43,6 +47,7 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
   {
     const ScopedTimer timer(profile, "read");
     body.tets = read_tets(recipe.mesh_path, recipe.scale);
+    if (recipe.tet.order == 2) body.tets = with_middle_nodes(body.tets);
   }
   body.quality = measure_quality(body.tets, 0.0);
   try {
@@ -74,6 +79,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   TetrahedralizeResult result = tetrahedralize(surface, recipe.tet);
   body.tets = std::move(result.mesh);
   body.quality = result.quality;
+  body.surface = std::move(surface);
   return body;
 }
 
@@ -83,7 +89,6 @@ void describe_material(const Recipe& recipe, Archetype& a) {
   a.recipe = recipe.text;
   a.mesh_file = recipe.mesh;
   a.mesh_hash = sha256_of_file(recipe.mesh_path);
-  a.mass_kind = recipe.modes.mass == MassKind::kLumped ? "lumped" : "consistent";
   a.density = recipe.material.density;
   a.young = recipe.material.young;
   a.poisson = recipe.material.poisson;
@@ -91,34 +96,86 @@ void describe_material(const Recipe& recipe, Archetype& a) {
   a.beta = recipe.beta;
 }
 
-void take_mesh(BodyMesh&& body, Archetype& a) {
+/// Fills in mesh and mean density; returns the material of every tet.
+MaterialField take_mesh(BodyMesh& body, const Recipe& recipe, Archetype& a) {
   a.mesher = body.mesher;
   a.min_dihedral = body.quality.min_dihedral;
   a.min_radius_ratio = body.quality.min_radius_ratio;
   a.volume = body.quality.volume;
   a.tets = std::move(body.tets);
-  a.centre = move_to_centre_of_mass(a.tets);
+  MaterialField materials =
+      find_materials(recipe.material, recipe.material_regions, a.tets, Vec3::Zero());
+  a.centre = move_to_centre_of_mass(a.tets, materials);
+  return materials;
+}
+
+/// Named points and frames in the rest frame; the nodes that they mean go to the options.
+ModesOptions take_points(const Recipe& recipe, Archetype& a) {
+  ModesOptions options = recipe.modes;
+  const auto nodes = [&](const std::string& name) {
+    std::vector<int> result;
+    for (const PointSet& set : a.point_sets)
+      if (set.name == name)
+        for (const int v : set.vertices) result.push_back(a.surface_to_node[v]);
+    return result;
+  };
+  for (const NamedRegion& named : recipe.points)
+    a.point_sets.push_back(find_points(named, a.surface, a.centre));
+  for (JointFrame frame : recipe.joint_frames) {
+    frame.point -= a.centre;
+    a.joint_frames.push_back(frame);
+  }
+  a.clamped = recipe.clamped;
+  if (!a.clamped.empty()) options.clamped = nodes(a.clamped);
+  for (const std::string& load : recipe.point_loads) options.loads.nodes.push_back(nodes(load));
+  return options;
+}
+
+/// Flat triangles lie a little inside curved tets. Gives the surface the volume and the centroid of
+/// the tets, so that a body as dense as water hovers exactly.
+void match_tets(const TetMesh& tets, TriMesh& surface) {
+  TetMoments whole;
+  for (int t = 0; t < int(tets.tets.size()); ++t) {
+    const TetMoments part = tet_moments(tets, t);
+    whole.volume += part.volume;
+    whole.first += part.first;
+  }
+  if (!restore_volume(surface, whole.volume))
+    throw NumericsError(join("the surface encloses ", enclosed_volume(surface),
+                             " m^3, the curved tets have ", whole.volume,
+                             " m^3\n  raise tet.target, or set tet.order = 1"));
+  for (int pass = 0; pass < 2; ++pass) {
+    const Vec3 move = whole.first / whole.volume - enclosed_centroid(surface);
+    for (Vec3& x : surface.vertices) x += move;
+  }
 }
 
 void sample_surface(Archetype& a, Profile& profile) {
   const ScopedTimer timer(profile, "surface");
   a.surface = boundary_surface(a.tets, a.surface_to_node);
+  if (a.tets.order() == 2) match_tets(a.tets, a.surface);
   vertex_normals_and_areas(a.surface, a.surface_normals, a.surface_areas);
   a.sdf = sample_distance(a.surface);
 }
 
-void warn_about_modes(const ModesResult& modes, Log& log) {
+void warn_about_modes(const ModesResult& modes, int wanted, Log& log) {
   if (modes.slow_blas) {
     log.warn("the reference BLAS (" + modes.blas +
              ") is 4 to 10 times slower; install libopenblas0-pthread");
   }
   if (modes.cluster_cut) {
-    log.warn(join("modes.count cuts through a cluster of equal frequencies (relative gap ",
-                  modes.cluster_gap, "): the basis depends on the mesh; take more or fewer modes"));
+    log.warn(join("no gap of the frequencies near modes.count: the last mode has a neighbour ",
+                  100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
+  } else if (modes.vibration_modes() != wanted) {
+    log.warn(join("modes.count = ", wanted, " cuts through a cluster of equal frequencies; kept ",
+                  modes.vibration_modes(), " modes, whole clusters"));
   }
 }
 
 void take_modes(ModesResult&& modes, Archetype& a) {
+  a.mass_kind = modes.mass == MassKind::kLumped ? "lumped" : "consistent";
+  a.is_static.assign(std::size_t(modes.omega2.size()), 0);
+  std::fill(a.is_static.end() - modes.static_count, a.is_static.end(), 1);
   a.omega2 = std::move(modes.omega2);
   a.residuals = std::move(modes.residuals);
   a.node_modes = std::move(modes.node_modes);
@@ -138,9 +195,15 @@ void take_modes(ModesResult&& modes, Archetype& a) {
 std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
-  return join("modes: ", a.r(), ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
-              to_hz * std::sqrt(a.omega2[a.r() - 1]), " Hz, largest residual ",
-              a.residuals.maxCoeff());
+  const Eigen::Index vibration = std::count(a.is_static.begin(), a.is_static.end(), 0);
+  const std::string error =
+      a.frequency_error.size() == 0
+          ? ""
+          : join(", estimated error up to ", 100 * a.frequency_error.cwiseAbs().maxCoeff(), " %");
+  return join("modes: ", vibration, ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
+              to_hz * std::sqrt(a.omega2[vibration - 1]), " Hz, largest residual ",
+              a.residuals.head(vibration).maxCoeff(), error,
+              "; static vectors: ", a.r() - vibration);
 }
 
 std::string make_word(const std::string& path) {
@@ -169,15 +232,23 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
   Archetype a;
   BodyMesh body = mesh_body(recipe, log, profile);
   describe_material(recipe, a);
-  take_mesh(std::move(body), a);
-  log.say(join("tets: ", a.tets.tets.size(), ", ", 3 * a.tets.nodes.size(),
-               " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ", a.min_dihedral,
-               " degrees, radius ratio ", a.min_radius_ratio));
+  const MaterialField materials = blaming(recipe, [&] { return take_mesh(body, recipe, a); });
+  log.say(join("tets: ", a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, " : " linear, ",
+               3 * a.tets.nodes.size(), " degrees of freedom, volume ", a.volume,
+               " m^3, smallest dihedral ", a.min_dihedral, " degrees, radius ratio ",
+               a.min_radius_ratio));
   sample_surface(a, profile);
-  ModesResult modes = blaming(
-      recipe, [&] { return compute_modes(a.tets, recipe.material, recipe.modes, profile); });
-  warn_about_modes(modes, log);
+  const ModesOptions options = take_points(recipe, a);
+  ModesResult modes =
+      blaming(recipe, [&] { return compute_modes(a.tets, materials, options, profile); });
+  warn_about_modes(modes, options.count, log);
+  const int vibration = modes.vibration_modes();
   take_modes(std::move(modes), a);
+  a.density = a.integrals.mass / a.volume;
+  if (recipe.material_regions.empty()) a.density = recipe.material.density;
+  if (vibration > 0 && recipe.clamped.empty() && !body.surface.triangles.empty())
+    a.frequency_error = estimate_frequency_errors(recipe, body.surface, a.omega2.head(vibration),
+                                                  int(a.tets.tets.size()), profile);
   log.say(modes_line(a));
   validate(a);
   return a;

@@ -12,7 +12,8 @@ namespace archetide {
 
 /// The tets of a body and what was done to get them.
 struct BodyMesh {
-  TetMesh tets;  // in metres, coordinates of the input mesh times scale
+  TriMesh surface;  // accepted input, m; empty when the input is a tet mesh
+  TetMesh tets;     // in metres, coordinates of the input mesh times scale
   TetQuality quality;
   std::string mesher;   // cgal | gmsh | input
   IntakeReport intake;  // empty when the input is a tet mesh

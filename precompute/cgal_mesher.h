@@ -21,8 +21,6 @@ namespace archetide::cgal {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Polyhedron = CGAL::Mesh_polyhedron_3<Kernel>::type;
 
-/// Slivers below this dihedral angle are perturbed away, degrees.
-constexpr double kSliverBound = 12.0;
 /// Smallest angle of boundary triangles, degrees.
 constexpr double kFacetAngle = 25.0;
 
@@ -73,7 +71,7 @@ TetMesh mesh_domain(const Domain& domain, const MeshRequest& request) {
                           params::cell_radius_edge_ratio = 2.0, params::cell_size = request.size);
   const C3t3 c3t3 = CGAL::make_mesh_3<C3t3>(
       domain, criteria, params::no_lloyd(), params::no_odt(),
-      params::perturb(params::time_limit = 0.0, params::sliver_bound = kSliverBound),
+      params::perturb(params::time_limit = 0.0, params::sliver_bound = request.sliver_bound),
       params::no_exude(), params::manifold());
   return to_tet_mesh(c3t3);
 }

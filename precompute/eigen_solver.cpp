@@ -4,11 +4,9 @@
 #include <dlfcn.h>
 
 #include <cmath>
-#include <optional>
 
 #include "common/check.h"
 #include "common/input_error.h"
-#include "precompute/shifted_cholesky.h"
 
 namespace archetide {
 namespace {
@@ -115,17 +113,12 @@ void iterate(Arpack& arpack, DeflatedInverse& inverse) {
 
 }  // namespace
 
-EigenResult lowest_eigenpairs(const SparseMatrix& stiffness, const SparseMatrix& mass,
-                              const MatX& deflated, const std::vector<int>& ordering,
-                              const EigenOptions& options, Profile& profile) {
+EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
+                              const MatX& deflated, const EigenOptions& options) {
   ARCHETIDE_CHECK_OP(options.count, >=, 1);
-  ARCHETIDE_CHECK_OP(2 * options.count + 1, <=, stiffness.rows() - deflated.cols());
-  std::optional<ScopedTimer> timer(std::in_place, profile, "factor");
-  ShiftedCholesky factor(shifted(stiffness, mass, -options.sigma), ordering);
-
-  timer.emplace(profile, "iterate");
+  ARCHETIDE_CHECK_OP(2 * options.count + 1, <=, factor.size() - deflated.cols());
   DeflatedInverse inverse(factor, mass, deflated);
-  Arpack arpack(int(stiffness.rows()), options);
+  Arpack arpack(factor.size(), options);
   iterate(arpack, inverse);
 
   EigenResult result;

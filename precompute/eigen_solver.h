@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "common/profile.h"
 #include "precompute/elasticity.h"
+#include "precompute/shifted_cholesky.h"
 
 namespace archetide {
 
@@ -22,12 +22,11 @@ struct EigenResult {
 };
 
 /// The lowest eigenpairs of K phi = lambda M phi that are M-orthogonal to `deflated` (3n x d,
-/// M-orthonormal eigenvectors known beforehand). ARPACK shift-invert on a supernodal Cholesky
-/// factor. `mass` is scalar n x n; `ordering` from nested_dissection(). Phases factor and iterate
-/// go to `profile`. Not reentrant (ARPACK keeps static state). Throws NumericsError.
-EigenResult lowest_eigenpairs(const SparseMatrix& stiffness, const SparseMatrix& mass,
-                              const MatX& deflated, const std::vector<int>& ordering,
-                              const EigenOptions& options, Profile& profile);
+/// M-orthonormal eigenvectors known beforehand; d may be 0). ARPACK shift-invert; `factor` is that
+/// of K - sigma M, `mass` is scalar n x n. Not reentrant (ARPACK keeps static state). Throws
+/// NumericsError.
+EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
+                              const MatX& deflated, const EigenOptions& options);
 
 /// Number of eigenvalues of (K, M) below mu: negative pivots of K - mu M = L D L^T (Sylvester).
 int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& mass, double mu,

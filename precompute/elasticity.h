@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <utility>
+#include <vector>
 
 #include "common/tet_mesh.h"
 
@@ -16,20 +18,33 @@ struct Material {
   double poisson = 0.0;  // 1, in (-1, 0.5)
 };
 
+/// The material of every tet.
+struct MaterialField {
+  std::vector<Material> materials;  // at least one
+  std::vector<int> of_tet;          // nt: which of them, or empty: the first everywhere
+
+  MaterialField(const Material& material)
+      : materials{material} {}  // NOLINT: one material is a field
+  MaterialField(std::vector<Material> list, std::vector<int> index)
+      : materials(std::move(list)), of_tet(std::move(index)) {}
+  const Material& at(int tet) const { return materials[of_tet.empty() ? 0 : of_tet[tet]]; }
+};
+
 enum class MassKind { kConsistent, kLumped };
 
-/// Stiffness of linear tets, 3n x 3n, N/m; dof 3 node + axis.
-SparseMatrix stiffness_matrix(const TetMesh& mesh, const Material& material);
+/// Stiffness of linear or quadratic tets, 3n x 3n, N/m; dof 3 node + axis. Exact on straight tets,
+/// a rule of degree 5 on curved ones. Throws InputError for an unphysical material.
+SparseMatrix stiffness_matrix(const TetMesh& mesh, const MaterialField& material);
 
-/// Mass, n x n, kg: acts on each axis alike. Lumped is diagonal (a quarter of each tet to its
-/// nodes).
-SparseMatrix mass_matrix(const TetMesh& mesh, double density, MassKind kind);
+/// Mass, n x n, kg: acts on each axis alike; exact on curved tets too. Lumped is diagonal (a
+/// quarter of each tet to its nodes) and for linear tets only: its error has the sign opposite to
+/// the stiffness's and nearly cancels it, while no lumping of quadratic tets keeps their order.
+SparseMatrix mass_matrix(const TetMesh& mesh, const MaterialField& material, MassKind kind);
 
 /// y = (M x 1_3) x for 3n-vectors (or blocks of columns) with the scalar n x n mass.
 MatX apply_mass(const SparseMatrix& mass, const MatX& x);
 
-/// Shifts the nodes so that the centre of mass (of uniform density) is the origin; returns the old
-/// centre.
-Vec3 move_to_centre_of_mass(TetMesh& mesh);
+/// Shifts the nodes so that the centre of mass is the origin; returns the old centre.
+Vec3 move_to_centre_of_mass(TetMesh& mesh, const MaterialField& material = Material{1.0, 1.0, 0.0});
 
 }  // namespace archetide

@@ -1,101 +1,43 @@
-// Counts eigenvalues by a multifrontal L D L^T that keeps no factor. CHOLMOD gives the supernodes;
-// each front is eliminated by Cholesky where it is positive definite (almost everywhere below the
-// lowest modes) and by Bunch-Kaufman pivoting inside the supernode elsewhere. Fill and operations
-// are those of the Cholesky factor.
-
-#include "precompute/eigen_solver.h"
+// Counts eigenvalues by a left-looking supernodal factorisation A = L J L^T, J = diag(+-1): the
+// Cholesky factorisation with a sign for each column, on the supernodes and the fill of CHOLMOD's
+// analysis (Sylvester: as many negative signs as negative eigenvalues). There is no pivoting: a
+// pivot that all but cancels is reported and the caller takes another shift.
 
 #include <algorithm>
+#include <cmath>
 
+#include "common/check.h"
 #include "precompute/cholmod_view.h"
+#include "precompute/eigen_solver.h"
 #include "precompute/ordering.h"
 
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-void dsytrf_(const char* uplo, const int* n, double* a, const int* lda, int* pivots, double* work,
-             const int* lwork, int* info);
-void dsytrs_(const char* uplo, const int* n, const int* nrhs, const double* a, const int* lda,
-             const int* pivots, double* b, const int* ldb, int* info);
 void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m,
             const int* n, const double* alpha, const double* a, const int* lda, double* b,
             const int* ldb);
-void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha,
-            const double* a, const int* lda, const double* beta, double* c, const int* ldc);
+void dgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k,
+            const double* alpha, const double* a, const int* lda, const double* b, const int* ldb,
+            const double* beta, double* c, const int* ldc);
 }
 
 namespace archetide {
 namespace {
 
-const double kOne = 1.0, kMinusOne = -1.0;
+const double kOne = 1.0, kMinusOne = -1.0, kZero = 0.0;
 
-/// A dense symmetric front, lower triangle in column major order: `columns` of `rows` are
-/// eliminated here.
-struct Front {
-  int rows, columns;
-  double* a;  // rows x rows
-};
+/// A pivot smaller than this, relative to the diagonal it started from, would amplify round-off to
+/// 1e-16 / kSmallPivot of the stiffness, too near to the gap in which the shift lies.
+constexpr double kSmallPivot = 1e-6;
+constexpr int kPanel = 64;  // columns that are factored by plain loops where a sign is negative
 
-/// Negative eigenvalues of D as left by dsytrf; a 2 x 2 pivot always has one of each sign.
-int negative_pivots(const Front& f, const std::vector<int>& pivots) {
-  int negative = 0;
-  for (int k = 0; k < f.columns; ++k) {
-    const bool pair = pivots[k] < 0;
-    negative += pair || f.a[k + std::ptrdiff_t(k) * f.rows] < 0.0;
-    k += pair;
-  }
-  return negative;
-}
-
-/// Eliminates an indefinite front and returns its negative pivots. `diagonal`: the pivot block,
-/// saved.
-int eliminate_indefinite(Front f) {
-  const int below = f.rows - f.columns, lwork = 64 * f.columns;
-  std::vector<int> pivots(f.columns);
-  std::vector<double> work(lwork);
-  int info = 0;
-  dsytrf_("L", &f.columns, f.a, &f.rows, pivots.data(), work.data(), &lwork, &info);
-  if (info > 0) throw NumericsError("the inertia shift hits an eigenvalue exactly");
-  using Block = Eigen::Map<MatX, 0, Eigen::OuterStride<>>;
-  const Block lower(f.a + f.columns, below, f.columns, Eigen::OuterStride<>(f.rows));
-  Block update(f.a + f.columns + std::ptrdiff_t(f.columns) * f.rows, below, below,
-               Eigen::OuterStride<>(f.rows));
-  MatX solved = lower.transpose();  // A11^-1 A21ᵀ
-  if (below > 0)
-    dsytrs_("L", &f.columns, &below, f.a, &f.rows, pivots.data(), solved.data(), &f.columns, &info);
-  update.triangularView<Eigen::Lower>() -= lower * solved;
-  return negative_pivots(f, pivots);
-}
-
-/// Schur complement of the front's columns into its trailing block; returns the negative pivots.
-int eliminate(Front f, std::vector<double>& saved) {
-  const int below = f.rows - f.columns;
-  saved.resize(std::size_t(f.columns) * f.columns);
-  for (int c = 0; c < f.columns; ++c)
-    std::copy_n(f.a + std::ptrdiff_t(c) * f.rows, f.columns,
-                saved.begin() + std::ptrdiff_t(c) * f.columns);
-  int info = 0;
-  dpotrf_("L", &f.columns, f.a, &f.rows, &info);
-  if (info > 0) {
-    for (int c = 0; c < f.columns; ++c)
-      std::copy_n(saved.begin() + std::ptrdiff_t(c) * f.columns, f.columns,
-                  f.a + std::ptrdiff_t(c) * f.rows);
-    return eliminate_indefinite(f);
-  }
-  if (below > 0) {
-    double* lower = f.a + f.columns;
-    dtrsm_("R", "L", "T", "N", &below, &f.columns, &kOne, f.a, &f.rows, lower, &f.rows);
-    dsyrk_("L", "N", &below, &f.columns, &kMinusOne, lower, &f.rows, &kOne,
-           lower + std::ptrdiff_t(f.columns) * f.rows, &f.rows);
-  }
-  return 0;
-}
-
-/// Supernodes in postorder: rows[k] are the permuted indices of front k, its own columns first.
+/// Supernodes in postorder: supernode k owns columns first[k] .. first[k + 1] of the permuted
+/// matrix; rows[k] are its row indices, its own columns first.
 struct Supernodes {
   std::vector<int> permutation;  // position -> dof
-  std::vector<int> first;        // first column of each supernode
+  std::vector<int> first;
   std::vector<std::vector<int>> rows;
-  std::vector<int> parent;  // -1 at a root
+  std::vector<int> owner;  // column -> supernode
 };
 
 Supernodes supernodes(const SparseMatrix& matrix, const std::vector<int>& ordering) {
@@ -110,85 +52,192 @@ Supernodes supernodes(const SparseMatrix& matrix, const std::vector<int>& orderi
   Supernodes result;
   result.permutation.assign(perm, perm + L->n);
   result.first.assign(super, super + count + 1);
-  std::vector<int> owner(L->n);
+  result.owner.resize(L->n);
   for (int k = 0; k < count; ++k) {
-    std::fill(owner.begin() + super[k], owner.begin() + super[k + 1], k);
+    std::fill(result.owner.begin() + super[k], result.owner.begin() + super[k + 1], k);
     result.rows.emplace_back(s + pi[k], s + pi[k + 1]);
-  }
-  for (int k = 0; k < count; ++k) {
-    const int columns = super[k + 1] - super[k];
-    const auto& rows = result.rows[k];
-    result.parent.push_back(columns < int(rows.size()) ? owner[rows[columns]] : -1);
   }
   cholmod_free_factor(&L, &cholmod.common);
   return result;
 }
 
-/// Adds a child's trailing block, whose rows are `child`, into the front; `place` maps index ->
-/// front row.
-void extend_add(const std::vector<int>& child, int child_columns, const double* block,
-                const std::vector<int>& place, Front f) {
-  const int below = int(child.size()) - child_columns;
-  std::vector<int> at(below);
-  for (int i = 0; i < below; ++i) at[i] = place[child[child_columns + i]];
-  for (int c = 0; c < below; ++c) {
-    double* target = f.a + std::ptrdiff_t(at[c]) * f.rows;
-    const double* source = block + std::ptrdiff_t(c) * below;
-    for (int i = c; i < below; ++i) target[at[i]] += source[i];
-  }
-}
+/// Columns of L of one supernode, rows x columns, column major, and their signs.
+struct Block {
+  int rows = 0, columns = 0;
+  std::vector<double> values;
+  std::vector<signed char> sign;
+  bool mixed = false;  // some sign is negative
 
-/// Adds the matrix entries of the supernode's columns into its front.
-void assemble_entries(const SparseMatrix& matrix, const Supernodes& tree,
-                      const std::vector<int>& position, int k, const std::vector<int>& place,
-                      Front f) {
-  for (int c = 0; c < f.columns; ++c) {
-    const int column = tree.first[k] + c;
-    for (SparseMatrix::InnerIterator a(matrix, tree.permutation[column]); a; ++a)
-      if (const int row = position[a.row()]; row >= column)
-        f.a[place[row] + std::ptrdiff_t(c) * f.rows] += a.value();
-  }
-}
+  double* at(int row, int column) { return values.data() + row + std::ptrdiff_t(column) * rows; }
+};
 
-std::vector<double> trailing_block(Front f) {
-  const int below = f.rows - f.columns;
-  std::vector<double> block(std::size_t(below) * below);
-  for (int c = 0; c < below; ++c)
-    std::copy_n(f.a + f.columns + c + std::ptrdiff_t(f.columns + c) * f.rows, below - c,
-                block.begin() + std::ptrdiff_t(c) * below + c);
-  return block;
-}
+class SignedCholesky {
+ public:
+  SignedCholesky(const SparseMatrix& matrix, const std::vector<int>& ordering)
+      : matrix_(matrix), tree_(supernodes(matrix, ordering)), position_(matrix.rows()) {
+    const int n = int(matrix.rows()), count = int(tree_.rows.size());
+    for (int i = 0; i < n; ++i) position_[tree_.permutation[i]] = i;
+    place_.resize(n);
+    blocks_.resize(count);
+    next_.assign(count, -1);
+    updates_.assign(count, -1);
+    done_.assign(count, 0);
+  }
+
+  /// The number of negative signs; -1 when a pivot all but vanished.
+  int count_negative() {
+    int negative = 0;
+    for (int k = 0; k < int(blocks_.size()); ++k) {
+      assemble(k);
+      update(k);
+      if (!factor(blocks_[k])) return -1;
+      negative += int(std::count(blocks_[k].sign.begin(), blocks_[k].sign.end(), -1));
+      done_[k] = blocks_[k].columns;
+      queue(k);
+    }
+    return negative;
+  }
+
+ private:
+  /// The matrix entries of the supernode's columns.
+  void assemble(int k) {
+    const std::vector<int>& rows = tree_.rows[k];
+    Block& b = blocks_[k];
+    b.rows = int(rows.size());
+    b.columns = tree_.first[k + 1] - tree_.first[k];
+    b.values.assign(std::size_t(b.rows) * b.columns, 0.0);
+    b.sign.assign(b.columns, 1);
+    for (int i = 0; i < b.rows; ++i) place_[rows[i]] = i;
+    for (int c = 0; c < b.columns; ++c) {
+      const int column = tree_.first[k] + c;
+      for (SparseMatrix::InnerIterator a(matrix_, tree_.permutation[column]); a; ++a)
+        if (const int row = position_[a.row()]; row >= column) *b.at(place_[row], c) += a.value();
+    }
+  }
+
+  /// Subtracts what the finished supernodes with rows among these columns contribute.
+  void update(int k) {
+    Block& target = blocks_[k];
+    for (int d = updates_[k], following; d >= 0; d = following) {
+      following = next_[d];
+      const std::vector<int>& rows = tree_.rows[d];
+      Block& b = blocks_[d];
+      const int from = done_[d];
+      int to = from;
+      while (to < b.rows && rows[to] < tree_.first[k + 1]) ++to;
+      const int wide = to - from, high = b.rows - from;
+      // C = L2 J L1ᵀ with L1 the rows in these columns, L2 those and all below.
+      product_.resize(std::size_t(high) * wide);
+      const double* right = b.at(from, 0);
+      int right_rows = b.rows;
+      if (b.mixed) {
+        signed_.resize(std::size_t(wide) * b.columns);
+        for (int c = 0; c < b.columns; ++c)
+          for (int i = 0; i < wide; ++i)
+            signed_[i + std::size_t(c) * wide] = b.sign[c] * *b.at(from + i, c);
+        right = signed_.data();
+        right_rows = wide;
+      }
+      dgemm_("N", "T", &high, &wide, &b.columns, &kOne, b.at(from, 0), &b.rows, right, &right_rows,
+             &kZero, product_.data(), &high);
+      for (int c = 0; c < wide; ++c) {
+        double* column = target.at(0, rows[from + c] - tree_.first[k]);
+        const double* source = product_.data() + std::ptrdiff_t(c) * high;
+        for (int i = c; i < high; ++i) column[place_[rows[from + i]]] -= source[i];
+      }
+      done_[d] = to;
+      queue(d);
+    }
+  }
+
+  /// Hands a finished supernode to the owner of its next rows, or frees it.
+  void queue(int d) {
+    if (done_[d] == blocks_[d].rows) {
+      blocks_[d].values = {};
+      return;
+    }
+    const int owner = tree_.owner[tree_.rows[d][done_[d]]];
+    next_[d] = updates_[owner];
+    updates_[owner] = d;
+  }
+
+  /// Factors the diagonal block and the rows below; false when a pivot all but vanished.
+  bool factor(Block& b) {
+    int info = 0;
+    saved_.resize(std::size_t(b.columns) * b.columns);
+    for (int c = 0; c < b.columns; ++c)
+      std::copy_n(b.at(0, c), b.columns, saved_.begin() + std::ptrdiff_t(c) * b.columns);
+    dpotrf_("L", &b.columns, b.values.data(), &b.rows, &info);
+    const int below = b.rows - b.columns;
+    if (info == 0) {
+      if (below > 0)
+        dtrsm_("R", "L", "T", "N", &below, &b.columns, &kOne, b.values.data(), &b.rows,
+               b.at(b.columns, 0), &b.rows);
+      return true;
+    }
+    for (int c = 0; c < b.columns; ++c)
+      std::copy_n(saved_.begin() + std::ptrdiff_t(c) * b.columns, b.columns, b.at(0, c));
+    return factor_signed(b);
+  }
+
+  bool factor_signed(Block& b) {
+    b.mixed = true;
+    for (int first = 0; first < b.columns; first += kPanel) {
+      const int width = std::min(kPanel, b.columns - first), end = first + width;
+      if (!factor_panel(b, first, width)) return false;
+      // Trailing columns: A -= L J Lᵀ.
+      const int rest = b.columns - end, high = b.rows - end;
+      if (rest == 0) break;
+      signed_.resize(std::size_t(rest) * width);
+      for (int c = 0; c < width; ++c)
+        for (int i = 0; i < rest; ++i)
+          signed_[i + std::size_t(c) * rest] = b.sign[first + c] * *b.at(end + i, first + c);
+      dgemm_("N", "T", &high, &rest, &width, &kMinusOne, b.at(end, first), &b.rows, signed_.data(),
+             &rest, &kOne, b.at(end, end), &b.rows);
+    }
+    return true;
+  }
+
+  /// Columns first .. first + width over all rows below, one by one.
+  bool factor_panel(Block& b, int first, int width) {
+    using Column = Eigen::Map<VecX>;
+    for (int c = first; c < first + width; ++c) {
+      const double pivot = *b.at(c, c);
+      const double start = std::abs(saved_[c + std::ptrdiff_t(c) * b.columns]);
+      if (!(std::abs(pivot) > kSmallPivot * start)) return false;
+      b.sign[c] = pivot > 0.0 ? 1 : -1;
+      const int high = b.rows - c;
+      Column column(b.at(c, c), high);
+      column *= b.sign[c] / std::sqrt(std::abs(pivot));
+      for (int other = c + 1; other < first + width; ++other)
+        Column(b.at(other, other), b.rows - other) -=
+            b.sign[c] * *b.at(other, c) * Column(b.at(other, c), b.rows - other);
+    }
+    return true;
+  }
+
+  const SparseMatrix& matrix_;
+  Supernodes tree_;
+  std::vector<int> position_;  // dof -> position
+  std::vector<int> place_;     // permuted index -> row of the current supernode
+  std::vector<Block> blocks_;
+  std::vector<int> done_;            // rows of a block that were used so far
+  std::vector<int> updates_, next_;  // linked lists: blocks whose next rows a supernode owns
+  std::vector<double> product_, signed_, saved_;
+};
 
 }  // namespace
 
 int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& mass, double mu,
                             const std::vector<int>& ordering) {
-  const SparseMatrix matrix = shifted(stiffness, mass, -mu);
-  const Supernodes tree = supernodes(matrix, ordering);
-  const int count = int(tree.rows.size()), n = int(matrix.rows());
-  std::vector<int> position(n), place(n);
-  for (int i = 0; i < n; ++i) position[tree.permutation[i]] = i;
-  std::vector<std::vector<int>> children(count);
-  std::vector<std::vector<double>> blocks(count);  // trailing blocks that wait for their parent
-  std::vector<double> buffer, saved;
-  int negative = 0;
-  for (int k = 0; k < count; ++k) {
-    const int rows = int(tree.rows[k].size());
-    buffer.assign(std::size_t(rows) * rows, 0.0);
-    const Front front{rows, tree.first[k + 1] - tree.first[k], buffer.data()};
-    for (int i = 0; i < rows; ++i) place[tree.rows[k][i]] = i;
-    assemble_entries(matrix, tree, position, k, place, front);
-    for (int child : children[k]) {
-      extend_add(tree.rows[child], tree.first[child + 1] - tree.first[child], blocks[child].data(),
-                 place, front);
-      blocks[child] = {};
-    }
-    negative += eliminate(front, saved);
-    if (tree.parent[k] < 0) continue;
-    blocks[k] = trailing_block(front);
-    children[tree.parent[k]].push_back(k);
+  // Another shift near by when a pivot vanishes; 1e-7 is a tenth of the narrowest gap asked about.
+  for (const double nudge : {0.0, 1e-7, -1e-7, 3e-8}) {
+    const SparseMatrix matrix = shifted(stiffness, mass, -mu * (1.0 + nudge));
+    const int negative = SignedCholesky(matrix, ordering).count_negative();
+    if (negative >= 0) return negative;
   }
-  return negative;
+  throw NumericsError("Sturm check: no stable factorisation at the shift " + std::to_string(mu) +
+                      " 1/s^2");
 }
 
 }  // namespace archetide

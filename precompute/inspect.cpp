@@ -49,8 +49,8 @@ std::string info_text(const Archetype& a, std::size_t file_bytes) {
        join(a.density, " kg/m^3, Young ", a.young, " Pa, Poisson ", a.poisson, ", damping ",
             a.alpha, " 1/s, ", a.beta, " s"));
   line(text, "tets",
-       join(a.tets.tets.size(), " with ", a.tets.nodes.size(), " nodes; surface of ",
-            a.surface.vertices.size(), " vertices"));
+       join(a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, with " : " linear, with ",
+            a.tets.nodes.size(), " nodes; surface of ", a.surface.vertices.size(), " vertices"));
   line(text, "quality",
        join("smallest dihedral ", a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
   line(text, "volume", join(a.volume, " m^3"));
@@ -82,6 +82,7 @@ std::string info_json(const Archetype& a, std::size_t file_bytes) {
   out["material"] = {{"density", a.density}, {"young", a.young}, {"poisson", a.poisson}};
   out["damping"] = {{"alpha", a.alpha}, {"beta", a.beta}};
   out["tets"] = a.tets.tets.size();
+  out["order"] = a.tets.order();
   out["nodes"] = a.tets.nodes.size();
   out["surface_vertices"] = a.surface.vertices.size();
   out["volume"] = a.volume;
@@ -89,6 +90,8 @@ std::string info_json(const Archetype& a, std::size_t file_bytes) {
   out["center"] = list(a.centre);
   out["inertia"] = {list(inertia(a).row(0)), list(inertia(a).row(1)), list(inertia(a).row(2))};
   out["frequencies_hz"] = frequencies(a);
+  out["is_static"] = a.is_static;
+  out["frequency_error"] = std::vector<double>(a.frequency_error.begin(), a.frequency_error.end());
   out["residuals"] = std::vector<double>(a.residuals.begin(), a.residuals.end());
   out["quality"] = {{"min_dihedral_deg", a.min_dihedral}, {"min_radius_ratio", a.min_radius_ratio}};
   out["hash"] = a.content_hash;

@@ -9,6 +9,7 @@ namespace archetide {
 struct MeshRequest {
   double size = 0.0;            // edge length inside, m
   double facet_distance = 0.0;  // largest distance of a boundary facet's centre to the surface, m
+  double sliver_bound = 12.0;   // cgal: smaller dihedral angles are perturbed away, degrees
   unsigned seed = 1;
 };
 

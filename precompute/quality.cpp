@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/input_error.h"
+#include "precompute/tet_element.h"
 
 namespace archetide {
 namespace {
@@ -131,7 +132,7 @@ TetQuality measure_quality(const TetMesh& mesh, double surface_volume) {
   std::vector<char> used(mesh.nodes.size(), 0);
   for (int t = 0; t < q.tets; ++t) {
     const TetNumbers numbers = tet_numbers(mesh, mesh.tets[t]);
-    q.volume += numbers.volume;
+    q.volume += mesh.order() == 1 ? numbers.volume : tet_moments(mesh, t).volume;
     q.inverted += !(numbers.volume > 0.0);
     if (numbers.min_dihedral < q.min_dihedral || q.min_dihedral_tet < 0)
       q.min_dihedral = numbers.min_dihedral, q.min_dihedral_tet = t;
@@ -139,6 +140,8 @@ TetQuality measure_quality(const TetMesh& mesh, double surface_volume) {
       q.min_radius_ratio = numbers.radius_ratio, q.min_radius_ratio_tet = t;
     for (int node : mesh.tets[t]) used[node] = 1;
   }
+  for (const auto& mids : mesh.mids)
+    for (int node : mids) used[node] = 1;
   q.unused_nodes = int(std::count(used.begin(), used.end(), 0));
   measure_topology(mesh, q);
   q.surface_volume = std::max(surface_volume, 0.0);

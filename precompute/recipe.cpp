@@ -35,9 +35,9 @@ std::vector<Key> body_keys() {
        .meaning = "of the mesher's random numbers"},
       {.path = "mass",
        .type = kString,
-       .fallback = "\"consistent\"",
-       .choices = {"consistent", "lumped"},
-       .meaning = "mass matrix of the tets"},
+       .fallback = "\"auto\"",
+       .choices = {"auto", "consistent", "lumped"},
+       .meaning = "mass matrix of the tets; auto: lumped for tet.order 1, consistent for 2"},
       {.path = "tet.mesher",
        .type = kString,
        .fallback = "\"cgal\"",
@@ -46,15 +46,13 @@ std::vector<Key> body_keys() {
       {.path = "tet.target",
        .type = kInteger,
        .range = between(100, 5e6),
-       .fallback = "10_000",
+       .fallback = "4_000",
        .meaning = "wanted number of tets (not for meshes of tets)"},
       {.path = "tet.order",
        .type = kInteger,
        .range = between(1, 2),
-       .fallback = "1",
-       .meaning = "polynomial order of the elements",
-       .later = "quadratic tets",
-       .later_values = {"2"}},
+       .fallback = "2",
+       .meaning = "1: linear tets; 2: quadratic ones with curved boundary"},
       {.path = "material.density",
        .type = kNumber,
        .unit = "kg/m^3",
@@ -72,6 +70,95 @@ std::vector<Key> body_keys() {
        .range = strictly_between(-1, 0.5),
        .fallback = "required",
        .meaning = "Poisson's ratio"},
+      {.path = "material_region[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning =
+           "another material where the tets' centroids lie in a box or a ball; the last wins"},
+      {.path = "material_region[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two opposite corners"},
+      {.path = "material_region[].center",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
+      {.path = "material_region[].radius",
+       .type = kNumber,
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "material_region[].density",
+       .type = kNumber,
+       .unit = "kg/m^3",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "mass density"},
+      {.path = "material_region[].young",
+       .type = kNumber,
+       .unit = "Pa",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "Young's modulus"},
+      {.path = "material_region[].poisson",
+       .type = kNumber,
+       .range = strictly_between(-1, 0.5),
+       .fallback = "required",
+       .meaning = "Poisson's ratio"},
+      {.path = "points[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "a named set of surface points, by a box, a ball or a list"},
+      {.path = "points[].name",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "for clamped, modes.static and scenes"},
+      {.path = "points[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two opposite corners"},
+      {.path = "points[].center",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
+      {.path = "points[].radius",
+       .type = kNumber,
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "points[].list",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "the nearest surface vertex of each point"},
+      {.path = "joint_frame[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "a named point with axes, for joints"},
+      {.path = "joint_frame[].name",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "its name"},
+      {.path = "joint_frame[].point",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "required",
+       .meaning = "in the coordinates of the mesh file times scale"},
+      {.path = "joint_frame[].x", .type = kVec3, .fallback = "[1, 0, 0]", .meaning = "first axis"},
+      {.path = "joint_frame[].z",
+       .type = kVec3,
+       .fallback = "[0, 0, 1]",
+       .meaning = "third axis; made normal to the first"},
+      {.path = "clamped",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "point set held still while the modes are computed (absent: a free body)"},
       {.path = "damping.alpha",
        .type = kNumber,
        .unit = "1/s",
@@ -88,7 +175,9 @@ std::vector<Key> body_keys() {
        .type = kInteger,
        .range = between(0, 1000),
        .fallback = "10",
-       .meaning = "elastic modes to keep, lowest first; 0 = a rigid body"},
+       .meaning =
+           "elastic modes to keep, lowest first; 0 = a rigid body; up to 5 more or fewer where "
+           "it would cut through equal frequencies"},
       {.path = "modes.residual",
        .type = kNumber,
        .range = between(1e-14, 1e-2),
@@ -97,10 +186,9 @@ std::vector<Key> body_keys() {
       {.path = "modes.static",
        .type = kStrings,
        .fallback = "[]",
-       .choices = {"pressure", "gravity"},
-       .meaning = "residual-flexibility vectors",
-       .later = "residual-flexibility vectors",
-       .later_values = {"pressure", "gravity"}},
+       .meaning =
+           "static responses behind the modes: \"pressure\" to the pressure of the modes' own "
+           "normal motion (added mass), \"gravity\" to hydrostatic pressure along x, y, z"},
   };
 }
 
@@ -123,6 +211,91 @@ std::string body_name(const std::string& path) {
 
 std::string beside(const std::string& path, const std::string& name) {
   return (std::filesystem::path(path).parent_path() / name).string();
+}
+
+/// Empty: the default of the order.
+std::optional<MassKind> mass_kind(const Section& root, int order) {
+  const std::string word = root.string("mass");
+  if (word == "auto") return {};
+  if (word == "consistent") return MassKind::kConsistent;
+  if (order == 2)
+    throw InputError({Diagnostic{root.location("mass"), "quadratic tets have no lumped mass",
+                                 "leave mass out, or set tet.order = 1"}});
+  return MassKind::kLumped;
+}
+
+/// A box, a ball or (for point sets) a list.
+Region read_region(const Section& s, bool may_list) {
+  Region region;
+  const bool list = may_list && s.has("list");
+  const bool ball = s.has("center") || s.has("radius");
+  if (s.has("box") + ball + list != 1)
+    throw InputError({s.error("", may_list ? "needs one of box, center with radius, and list"
+                                           : "needs one of box and center with radius")});
+  if (list) region.list = s.points("list");
+  if (s.has("box")) {
+    const std::vector<Vec3> corners = s.points("box");
+    if (corners.size() != 2)
+      throw InputError({s.error("box", "a box has two corners, [[x, y, z], [x, y, z]]")});
+    region.box = {corners[0].cwiseMin(corners[1]), corners[0].cwiseMax(corners[1])};
+  }
+  if (ball) {
+    if (!s.has("center") || !s.has("radius"))
+      throw InputError({s.error("", "a ball needs both center and radius")});
+    region.ball = {s.vec3("center"), s.number("radius")};
+  }
+  return region;
+}
+
+JointFrame read_joint_frame(const Section& s) {
+  JointFrame frame{s.string("name"), s.vec3("point"), Mat3::Identity()};
+  const Vec3 x = s.vec3("x"), z = s.vec3("z");
+  const Vec3 y = z.cross(x);
+  if (!(y.norm() > 1e-6 * x.norm() * z.norm()))
+    throw InputError({s.error("", "x and z must be two different directions")});
+  frame.axes << x.normalized(), y.normalized(), x.cross(y).normalized();
+  return frame;
+}
+
+void require_point_set(const Section& root, const std::string& key, const std::string& name,
+                       const Recipe& r) {
+  std::string known;
+  for (const NamedRegion& set : r.points) {
+    if (set.name == name) return;
+    known += (known.empty() ? "" : ", ") + set.name;
+  }
+  throw InputError({root.error(
+      key, "there is no point set \"" + name + "\"",
+      known.empty() ? "add [[points]] with this name" : "the point sets are: " + known)});
+}
+
+/// Regions, point sets, frames and what refers to them.
+void read_parts(const Section& root, Recipe& r) {
+  for (const Section& s : root.sections("material_region"))
+    r.material_regions.push_back({read_region(s, false),
+                                  {s.number("density"), s.number("young"), s.number("poisson")},
+                                  s.location()});
+  for (const Section& s : root.sections("points"))
+    r.points.push_back({s.string("name"), read_region(s, true), s.location()});
+  for (const Section& s : root.sections("joint_frame"))
+    r.joint_frames.push_back(read_joint_frame(s));
+  if (root.has("clamped")) {
+    r.clamped = root.string("clamped");
+    require_point_set(root, "clamped", r.clamped, r);
+  }
+  for (const std::string& load : root.strings("modes.static")) {
+    if (load == "pressure") {
+      r.modes.loads.pressure = true;
+    } else if (load == "gravity") {
+      r.modes.loads.gravity = true;
+    } else {
+      require_point_set(root, "modes.static", load, r);
+      r.point_loads.push_back(load);
+    }
+  }
+  if (!r.clamped.empty() && (r.modes.loads.any() || !r.point_loads.empty()))
+    throw InputError({root.error("modes.static", "static responses are those of a free body",
+                                 "remove clamped or modes.static")});
 }
 
 }  // namespace
@@ -148,7 +321,7 @@ Recipe read_recipe(const std::string& path) {
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");
   r.tet.seed = static_cast<unsigned>(root.integer("seed"));
-  root.integer("tet.order");
+  r.tet.order = root.integer("tet.order");
 
   r.material.density = root.number("material.density");
   r.material.young = root.number("material.young");
@@ -158,8 +331,8 @@ Recipe read_recipe(const std::string& path) {
 
   r.modes.count = root.integer("modes.count");
   r.modes.residual = root.number("modes.residual");
-  r.modes.mass = root.string("mass") == "lumped" ? MassKind::kLumped : MassKind::kConsistent;
-  root.strings("modes.static");
+  r.modes.mass = mass_kind(root, r.tet.order);
+  read_parts(root, r);
   document.check_all_read();
   return r;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/schema.h"
 #include "precompute/elasticity.h"
 #include "precompute/modes.h"
+#include "precompute/regions.h"
 #include "precompute/tetrahedralize.h"
 
 namespace archetide {
@@ -20,7 +22,12 @@ struct Recipe {
   double scale = 1.0;         // file coordinates to m
   TetrahedralizeOptions tet;  // for surfaces
   Material material;
-  double alpha = 0.0, beta = 0.0;  // Rayleigh damping, 1/s and s
+  std::vector<MaterialRegion> material_regions;  // in the order of the file
+  std::vector<NamedRegion> points;               // named point sets
+  std::vector<JointFrame> joint_frames;          // point still in the mesh's coordinates, m
+  std::string clamped;                           // a point set, or empty
+  std::vector<std::string> point_loads;          // point sets whose static responses are wanted
+  double alpha = 0.0, beta = 0.0;                // Rayleigh damping, 1/s and s
   ModesOptions modes;
 };
 

@@ -4,11 +4,14 @@
 
 namespace archetide {
 
-/// Moves the smooth boundary nodes along their normals so that the mesh fills `volume` (m^3)
-/// exactly. Nodes on the surface leave chords inside it: a deficit of -1 % at 8 nodes around a
-/// tube's radius that would show as lost buoyancy. The move is proportional to the local curvature,
-/// so flat parts and sharp edges stay. Does nothing when no small move (at most kLargestMove of the
-/// sag) restores the volume.
-void restore_volume(TetMesh& mesh, double volume);
+/// Moves the smooth vertices of a closed surface along their normals so that it encloses `volume`
+/// (m^3) exactly. Nodes on a curved surface leave chords inside it: a deficit of -1 % at 8 nodes
+/// around a tube's radius that would show as lost buoyancy. The move is proportional to the local
+/// curvature, so flat parts and sharp edges stay. Returns false and does nothing when no small move
+/// (at most kLargestMove of the sag) restores the volume.
+bool restore_volume(TriMesh& surface, double volume);
+
+/// The same for the boundary of tets, curved or not.
+bool restore_volume(TetMesh& mesh, double volume);
 
 }  // namespace archetide

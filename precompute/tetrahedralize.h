@@ -2,6 +2,7 @@
 
 #include "common/tet_mesh.h"
 #include "common/tri_mesh.h"
+#include "precompute/quadratic_tets.h"
 #include "precompute/quality.h"
 
 namespace archetide {
@@ -11,6 +12,7 @@ enum class Mesher { kCgal, kGmsh };
 struct TetrahedralizeOptions {
   Mesher mesher = Mesher::kCgal;
   int target = 10'000;             // wanted number of tets, 100 .. 5e6
+  int order = 1;                   // 2: quadratic tets, the boundary's curved to the surface
   double target_tolerance = 0.15;  // relative miss of the target that triggers one correction
   unsigned seed = 1;               // of the mesher's random generator
   QualityLimits limits;
@@ -22,6 +24,7 @@ struct TetrahedralizeResult {
   double edge = 0.0;              // edge length that the last attempt asked for, m
   int attempts = 0;               // 1 or 2
   double raw_volume_error = 0.0;  // relative, before the boundary was moved to restore the volume
+  CurveReport curved;             // order 2
 };
 
 /// Fills a closed, manifold, outward oriented surface without self-intersections (the caller has

@@ -33,14 +33,16 @@ class Appended {
 };
 
 std::string cells(const Archetype& a, Appended& data) {
-  constexpr std::uint8_t kVtkTetra = 10;
+  constexpr std::uint8_t kVtkTetra = 10, kVtkQuadraticTetra = 24;
   const std::size_t nt = a.tets.tets.size();
   std::vector<std::int64_t> corners, ends;
-  for (const auto& tet : a.tets.tets) {
-    corners.insert(corners.end(), tet.begin(), tet.end());
+  for (std::size_t t = 0; t < nt; ++t) {
+    corners.insert(corners.end(), a.tets.tets[t].begin(), a.tets.tets[t].end());
+    if (a.tets.order() == 2)
+      corners.insert(corners.end(), a.tets.mids[t].begin(), a.tets.mids[t].end());
     ends.push_back(static_cast<std::int64_t>(corners.size()));
   }
-  const std::vector<std::uint8_t> types(nt, kVtkTetra);
+  const std::vector<std::uint8_t> types(nt, a.tets.order() == 2 ? kVtkQuadraticTetra : kVtkTetra);
   return "<Cells>\n" + data.add("Int64", "connectivity", 1, corners.data(), corners.size()) +
          data.add("Int64", "offsets", 1, ends.data(), nt) +
          data.add("UInt8", "types", 1, types.data(), nt) + "</Cells>\n";

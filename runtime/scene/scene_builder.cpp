@@ -65,6 +65,12 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
 }
 
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
+  if (!archetype->clamped.empty())
+    throw InputError({{spec.where,
+                       "archetype " + spec.archetype + " was computed clamped at \"" +
+                           archetype->clamped + "\": its modes are those of a held body, and bodies " +
+                           "in a scene move freely",
+                       "remove clamped from its body file and build it again"}});
   const int stored = archetype->r();
   if (spec.modes.value_or(0) > stored) {
     throw InputError({{spec.modes_where,

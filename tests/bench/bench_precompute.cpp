@@ -1,22 +1,29 @@
 // Prints what the precompute costs next to how accurate it is: CPU seconds by phase, mesh quality,
-// error of the sphere's frequencies. Usage: bench_precompute [cgal|gmsh]
+// error of the frequencies against closed forms or a finer mesh.
+// Usage: bench_precompute [sphere] [bar] [torus] [bodies] [large] (nothing: the first three)
+//        bench_precompute one SURFACE.obj ORDER TARGET MODES
 
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/input_error.h"
+#include "precompute/build.h"
 #include "precompute/eigen_solver.h"
 #include "precompute/modes.h"
+#include "precompute/surface_io.h"
 #include "precompute/tetrahedralize.h"
 #include "tests/unit/precompute/shapes.h"
 
 namespace archetide {
 namespace {
-
-const Material kMaterial{.density = 1000.0, .young = 1e6, .poisson = 0.3};
 
 /// CPU seconds since the last call.
 double lap() {
@@ -25,51 +32,137 @@ double lap() {
   return double(now - before) / CLOCKS_PER_SEC;
 }
 
-/// Largest relative error of the first 20 frequencies of the elastic unit sphere, nu = 0.3 (Lamb):
-/// x = omega a / c_s of T2 (5), S2 (5), S1 (3), T3 (7).
-double sphere_error(const VecX& omega2) {
-  const double shear_speed =
-      std::sqrt(kMaterial.young / (2.0 * (1.0 + kMaterial.poisson)) / kMaterial.density);
-  const double exact[4] = {2.50113262, 2.646217035, 3.529987301, 3.864699778};
-  const int last[4] = {5, 10, 13, 20};
-  double worst = 0.0;
-  for (int k = 0, family = 0; k < omega2.size() && k < 20; ++k) {
-    if (k == last[family]) ++family;
-    worst = std::max(worst, std::abs(std::sqrt(omega2[k]) / shear_speed / exact[family] - 1.0));
-  }
-  return worst;
+double peak_gigabytes() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return 1e-6 * double(usage.ru_maxrss);
 }
 
-void print_row(const char* name, const TriMesh& surface, Mesher mesher, MassKind mass, int target,
-               int count, bool is_sphere) {
+struct Case {
+  std::string name;
+  const TriMesh& surface;
+  int order = 2, target = 1000, count = 10;
+  double poisson = 0.3;
+  std::optional<MassKind> mass = {};
+};
+
+Material material_of(const Case& c) { return {1000.0, 1e6, c.poisson}; }
+
+/// omega of the modes; prints one row up to the error.
+VecX run(const Case& c) {
   lap();
   TetrahedralizeOptions options;
-  options.mesher = mesher;
-  options.target = target;
-  TetrahedralizeResult body = tetrahedralize(surface, options);
+  options.target = c.target;
+  options.order = c.order;
+  TetrahedralizeResult body = tetrahedralize(c.surface, options);
   move_to_centre_of_mass(body.mesh);
   const double mesh = lap();
 
   Profile profile;
   ModesOptions modes_options;
-  modes_options.count = count;
-  modes_options.mass = mass;
-  const ModesResult modes = compute_modes(body.mesh, kMaterial, modes_options, profile);
+  modes_options.count = c.count;
+  modes_options.mass = c.mass;
+  const ModesResult modes = compute_modes(body.mesh, material_of(c), modes_options, profile);
   const double total = lap();
 
   // The profile has wall seconds; scale them to the CPU seconds of the whole.
   double wall = 0.0;
   for (const std::string& phase : profile.phases()) wall += profile.seconds(phase);
-  const double scale = total / wall;
-  const TetQuality& q = body.quality;
+  const auto seconds = [&](const char* phase) { return total / wall * profile.seconds(phase); };
   std::printf(
-      "%-7s %7d %7d | %6.2f %6.2f %6.2f %6.2f %6.2f %6.2f | %6.2f | %5.1f %5.2f %8.1e | %5d %8.1e",
-      name, q.tets, count, mesh, scale * (profile.seconds("assemble") + profile.seconds("order")),
-      scale * profile.seconds("factor"), scale * profile.seconds("iterate"),
-      scale * profile.seconds("sturm"), scale * profile.seconds("integrals"), mesh + total,
-      q.min_dihedral, 100.0 * body.raw_volume_error, q.volume_error, modes.operator_calls,
+      "%-11s %d %-10s %4.2f %7d %7d %4d | %6.2f %6.2f %6.2f %6.2f %6.2f %6.2f | %6.2f %5.2f | "
+      "%5.1f "
+      "%5.2f %8.1e %4d %4d %5.2f | %8.1e",
+      c.name.c_str(), c.order, modes.mass == MassKind::kLumped ? "lumped" : "consistent", c.poisson,
+      body.quality.tets, 3 * int(body.mesh.nodes.size()), int(modes.omega2.size()), mesh,
+      seconds("assemble") + seconds("order"), seconds("factor"), seconds("iterate"),
+      seconds("sturm"), seconds("integrals"), mesh + total, peak_gigabytes(),
+      body.quality.min_dihedral, 100.0 * body.raw_volume_error, body.quality.volume_error,
+      body.curved.moved, body.curved.held_back, body.curved.smallest_jacobian,
       modes.residuals.maxCoeff());
-  if (is_sphere) std::printf(" %6.3f", 100.0 * sphere_error(modes.omega2));
+  return modes.omega2.cwiseSqrt();
+}
+
+/// Largest relative deviation in percent of the first `count` from `exact`.
+double percent(const VecX& omega, const VecX& exact, int count) {
+  return 100.0 * (omega.head(count).array() / exact.head(count).array() - 1.0).abs().maxCoeff();
+}
+
+/// Free elastic sphere of radius 1 (Lamb): omega a / c_s of T2 (5), S2 (5), S1 (3), T3 (7).
+VecX lamb(const Material& m) {
+  const bool soft = m.poisson < 0.4;
+  VecX x(20);
+  x << VecX::Constant(5, 2.50113262), VecX::Constant(5, soft ? 2.646217035 : 2.661496174),
+      VecX::Constant(3, soft ? 3.529987301 : 3.797507462), VecX::Constant(7, 3.864699778);
+  return x * std::sqrt(m.young / (2.0 * (1.0 + m.poisson)) / m.density);
+}
+
+void sphere_rows() {
+  const TriMesh surface = shapes::sphere(1.0, 6);
+  const auto row = [&](int order, int target, double poisson, std::optional<MassKind> mass = {}) {
+    const Case c{"sphere", surface, order, target, 20, poisson, mass};
+    const VecX omega = run(c), exact = lamb(material_of(c));
+    std::printf(" %7.3f %7.3f\n", percent(omega, exact, 10), percent(omega, exact, 20));
+  };
+  for (const double poisson : {0.3, 0.45}) {
+    for (const int target : {240, 600, 1'300, 4'000}) row(2, target, poisson);
+    for (const int target : {7'000, 40'000}) row(1, target, poisson);
+  }
+  for (const int target : {7'000, 40'000}) row(1, target, 0.3, MassKind::kConsistent);
+}
+
+/// Free bar 20 x 1 x 1: Timoshenko's first four bending frequencies, each twice.
+void bar_rows() {
+  const TriMesh surface = shapes::box(Vec3(20, 1, 1), 20);
+  const double bending[4] = {0.3200270767, 0.8678313038, 1.662797132, 2.671223514};
+  const int first[4] = {0, 2, 4, 7};  // the torsional mode is the seventh
+  for (const auto& [order, target] : std::vector<std::pair<int, int>>{
+           {2, 500}, {2, 680}, {2, 850}, {2, 3'000}, {1, 3'000}, {1, 20'000}}) {
+    const Case c{"bar", surface, order, target, 9};
+    const VecX omega = run(c);
+    for (int k = 0; k < 4; ++k)
+      std::printf(" %7.3f",
+                  100.0 * (omega[first[k]] * 20.0 / std::sqrt(1000.0) / bending[k] - 1.0));
+    std::printf("\n");
+  }
+}
+
+/// Against `finest` quadratic tets.
+void compare_rows(const std::string& name, const TriMesh& surface, int count, int finest,
+                  const std::vector<std::pair<int, int>>& orders_and_targets,
+                  double poisson = 0.3) {
+  const VecX reference = run({name, surface, 2, finest, count, poisson});
+  std::printf(" reference\n");
+  for (const auto& [order, target] : orders_and_targets) {
+    const VecX omega = run({name, surface, order, target, count, poisson});
+    const int both = std::min(int(omega.size()), int(reference.size()));
+    std::printf(" %7.3f\n", percent(omega, reference, std::min(both, count)));
+  }
+}
+
+void torus_rows() {
+  compare_rows("torus", shapes::torus(0.25, 0.1, 154, 78), 10, 30'000,
+               {{2, 1'500}, {2, 5'000}, {1, 5'000}, {1, 60'000}});
+}
+
+/// The bodies of `folder`, 20 modes: reference, as their body files say, and others around it.
+void body_rows(const std::string& folder) {
+  const std::vector<std::pair<int, int>> others[4] = {
+      {{2, 500}, {1, 9'000}}, {{2, 4'000}, {1, 6'000}}, {{2, 1'500}, {1, 60'000}}, {{1, 37'000}}};
+  int index = 0;
+  for (const char* name : {"sphere", "starfish", "torus", "jellyfish"}) {
+    const Recipe recipe = read_recipe(folder + "/" + name + ".body.toml");
+    const TriMesh surface = read_surface(recipe.mesh_path).mesh;
+    std::vector<std::pair<int, int>> rows = {{recipe.tet.order, recipe.tet.target}};
+    rows.insert(rows.end(), others[index].begin(), others[index].end());
+    compare_rows(name, surface, 20, 4 * recipe.tet.target, rows, recipe.material.poisson);
+    ++index;
+  }
+}
+
+void large_rows() {
+  const TriMesh surface = shapes::torus(0.25, 0.1, 154, 78);
+  run({"torus", surface, 1, 300'000, 20});
   std::printf("\n");
 }
 
@@ -78,21 +171,30 @@ void print_row(const char* name, const TriMesh& surface, Mesher mesher, MassKind
 
 int main(int argc, char** argv) {
   using namespace archetide;
-  const Mesher mesher = argc > 1 && std::string(argv[1]) == "gmsh" ? Mesher::kGmsh : Mesher::kCgal;
+  std::vector<std::string> groups(argv + 1, argv + argc);
+  if (groups.empty()) groups = {"sphere", "bar", "torus"};
   std::printf("CPU seconds, %s\n", prepare_blas().name.c_str());
   std::printf(
-      "body       tets   modes |   mesh  assem factor iterat  sturm integr |  total | "
-      "dihed  vol%%  vol err | calls residual  freq%%\n");
-  const MassKind consistent = MassKind::kConsistent;
+      "body  order mass     nu      tets     dof modes |   mesh  assem factor iterat  sturm integr "
+      "|  "
+      "total    GB | dihed  vol%%  vol err bent held  minJ | residual errors %%\n");
   try {
-    for (MassKind mass : {consistent, MassKind::kLumped}) {
-      std::printf(mass == consistent ? "consistent mass\n" : "lumped mass\n");
-      print_row("sphere", shapes::sphere(1.0, 5), mesher, mass, 7'000, 20, true);
-      print_row("sphere", shapes::sphere(1.0, 5), mesher, mass, 40'000, 20, true);
+    if (groups[0] == "one" && groups.size() == 5) {
+      const TriMesh surface = read_surface(groups[1]).mesh;
+      const VecX omega = run({"one", surface, std::atoi(groups[2].c_str()),
+                              std::atoi(groups[3].c_str()), std::atoi(groups[4].c_str())});
+      std::printf("\n");
+      return 0;
     }
-    print_row("torus", shapes::torus(0.25, 0.1, 154, 78), mesher, consistent, 5'000, 10, false);
-    print_row("torus", shapes::torus(0.25, 0.1, 154, 78), mesher, consistent, 60'000, 10, false);
-  } catch (const Error& error) {  // gmsh refuses surfaces with bad triangles
+    for (const std::string& group : groups) {
+      if (group == "sphere") sphere_rows();
+      if (group == "bar") bar_rows();
+      if (group == "torus") torus_rows();
+      if (group == "bodies") body_rows("assets/bodies");
+      if (group == "large") large_rows();
+      std::fflush(stdout);
+    }
+  } catch (const Error& error) {
     std::printf("%s\n", error.what());
     return error.exit_code;
   }

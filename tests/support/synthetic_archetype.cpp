@@ -157,6 +157,7 @@ SyntheticBody deformable_archetype(const TetMesh& tets, const SyntheticOptions& 
 
   const VecX omega = options.first_omega * (1.0 + 0.4 * VecX::LinSpaced(r, 0, r - 1).array());
   a.omega2 = omega.cwiseAbs2();
+  a.is_static.assign(static_cast<std::size_t>(r), 0);
   a.residuals = VecX::Zero(r);
   a.M_r = MatX::Identity(r, r);
   a.K_r = a.omega2.asDiagonal();

@@ -58,6 +58,13 @@ Archetype sample(int r) {
   for (int i = 0; i < 24; ++i) a.sdf.values.push_back(static_cast<float>(uniform(random)));
   a.omega2 = VecX::NullaryExpr(r, [&](Eigen::Index i) { return 1.0 + static_cast<double>(i); });
   a.residuals = VecX::NullaryExpr(r, [&](Eigen::Index) { return uniform(random); });
+  a.is_static.assign(static_cast<std::size_t>(r), 0);
+  if (r > 1) a.is_static.back() = 1;
+  a.frequency_error =
+      VecX::NullaryExpr(r > 1 ? r - 1 : r, [&](Eigen::Index) { return uniform(random); });
+  a.clamped = "foot";
+  a.point_sets = {{"foot", {0, 2}}, {"none", {}}, {"tip", {3}}};
+  a.joint_frames = {{"hinge", Vec3(0.1, 0.2, 0.3), Mat3::NullaryExpr(number)}};
   a.surface_modes = MatX::NullaryExpr(12, r, number);
   a.node_modes = MatX::NullaryExpr(12, r, number);
   a.M_r = MatX::NullaryExpr(r, r, number);
@@ -100,6 +107,20 @@ void expect_same_runtime_part(const Archetype& a, const Archetype& b) {
   EXPECT_EQ(a.sdf.values, b.sdf.values);
   EXPECT_EQ(a.omega2, b.omega2);
   EXPECT_EQ(a.residuals, b.residuals);
+  EXPECT_EQ(a.is_static, b.is_static);
+  EXPECT_EQ(a.frequency_error, b.frequency_error);
+  EXPECT_EQ(a.clamped, b.clamped);
+  ASSERT_EQ(a.point_sets.size(), b.point_sets.size());
+  for (std::size_t i = 0; i < a.point_sets.size(); ++i) {
+    EXPECT_EQ(a.point_sets[i].name, b.point_sets[i].name);
+    EXPECT_EQ(a.point_sets[i].vertices, b.point_sets[i].vertices);
+  }
+  ASSERT_EQ(a.joint_frames.size(), b.joint_frames.size());
+  for (std::size_t i = 0; i < a.joint_frames.size(); ++i) {
+    EXPECT_EQ(a.joint_frames[i].name, b.joint_frames[i].name);
+    EXPECT_EQ(a.joint_frames[i].point, b.joint_frames[i].point);
+    EXPECT_EQ(a.joint_frames[i].axes, b.joint_frames[i].axes);
+  }
   EXPECT_EQ(a.surface_modes, b.surface_modes);
   EXPECT_EQ(a.M_r, b.M_r);
   EXPECT_EQ(a.K_r, b.K_r);
@@ -243,7 +264,7 @@ TEST(ArchetypeFile, SaysWhatIsWrongWithAForeignFile) {
     newer.attribute("format_version", Archetype::kFormatVersion + 1);
     newer.commit();
   }
-  EXPECT_NE(reading_error(path).find("format version 2, this program reads version 1"),
+  EXPECT_NE(reading_error(path).find("format version 3, this program reads version 2"),
             std::string::npos)
       << reading_error(path);
   std::filesystem::remove(path);

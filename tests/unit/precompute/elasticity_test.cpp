@@ -88,7 +88,7 @@ TEST(Elasticity, StiffnessIsSymmetricWithExactlySixZeroEigenvalues) {
 TEST(Elasticity, MassIsSymmetricPositiveAndSumsToDensityTimesVolume) {
   const TetMesh mesh = distorted_box();
   for (MassKind kind : {MassKind::kConsistent, MassKind::kLumped}) {
-    const MatX M(mass_matrix(mesh, 7800.0, kind));
+    const MatX M(mass_matrix(mesh, Material{7800.0, 1.0, 0.0}, kind));
     EXPECT_EQ((M - M.transpose()).norm(), 0.0);
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatX>(M).eigenvalues()[0], 0.0);
     EXPECT_NEAR(M.sum(), 7800.0 * volume_of(mesh), 1e-12 * M.sum());
@@ -97,7 +97,7 @@ TEST(Elasticity, MassIsSymmetricPositiveAndSumsToDensityTimesVolume) {
 
 TEST(Elasticity, ConsistentMassIntegratesProductsOfLinearFieldsExactly) {
   const TetMesh mesh = shapes::tet_box(4, 2, 3, 0.25);  // [0, 1] x [0, 0.5] x [0, 0.75]
-  const SparseMatrix M = mass_matrix(mesh, 1.0, MassKind::kConsistent);
+  const SparseMatrix M = mass_matrix(mesh, Material{1.0, 1.0, 0.0}, MassKind::kConsistent);
   VecX x(M.rows()), y(M.rows());
   for (int i = 0; i < int(M.rows()); ++i) x[i] = mesh.nodes[i][0], y[i] = mesh.nodes[i][1];
   EXPECT_NEAR(x.dot(M * x), 0.5 * 0.75 / 3.0, 1e-14);    // integral of x^2
@@ -106,7 +106,7 @@ TEST(Elasticity, ConsistentMassIntegratesProductsOfLinearFieldsExactly) {
 
 TEST(Elasticity, ScalarMassActsOnEachAxisAlike) {
   const TetMesh mesh = distorted_box();
-  const SparseMatrix M = mass_matrix(mesh, 3.0, MassKind::kConsistent);
+  const SparseMatrix M = mass_matrix(mesh, Material{3.0, 1.0, 0.0}, MassKind::kConsistent);
   const MatX x = MatX::Random(3 * M.rows(), 2);
   const MatX y = apply_mass(M, x);
   for (int axis = 0; axis < 3; ++axis) {
@@ -121,7 +121,7 @@ TEST(Elasticity, CentreOfMassMovesToTheOrigin) {
   for (Vec3& x : mesh.nodes) x += Vec3(1e4, -2e3, 7.0);
   const Vec3 centre = move_to_centre_of_mass(mesh);
   EXPECT_LT((centre - Vec3(1e4 + 0.5, -2e3 + 1.0, 8.5)).norm(), 1e-10);
-  const SparseMatrix M = mass_matrix(mesh, 1.0, MassKind::kConsistent);
+  const SparseMatrix M = mass_matrix(mesh, Material{1.0, 1.0, 0.0}, MassKind::kConsistent);
   Vec3 moment = Vec3::Zero();
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
     moment += M.col(Eigen::Index(i)).sum() * mesh.nodes[i];
@@ -130,9 +130,9 @@ TEST(Elasticity, CentreOfMassMovesToTheOrigin) {
 
 TEST(Elasticity, UnphysicalMaterialIsRefused) {
   const TetMesh mesh = shapes::tet_box(1, 1, 1, 1.0);
-  EXPECT_THROW(stiffness_matrix(mesh, {1000.0, 1e5, 0.5}), InputError);
-  EXPECT_THROW(stiffness_matrix(mesh, {1000.0, -1e5, 0.3}), InputError);
-  EXPECT_THROW(stiffness_matrix(mesh, {0.0, 1e5, 0.3}), InputError);
+  EXPECT_THROW(stiffness_matrix(mesh, Material{1000.0, 1e5, 0.5}), InputError);
+  EXPECT_THROW(stiffness_matrix(mesh, Material{1000.0, -1e5, 0.3}), InputError);
+  EXPECT_THROW(stiffness_matrix(mesh, Material{0.0, 1e5, 0.3}), InputError);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct Body {
 
   explicit Body(MassKind kind) : mesh(shapes::tet_box(3, 2, 2, 0.3)) {
     move_to_centre_of_mass(mesh);
-    mass = mass_matrix(mesh, 500.0, kind);
+    mass = mass_matrix(mesh, Material{500.0, 1.0, 0.0}, kind);
     modes.resize(3 * Eigen::Index(mesh.nodes.size()), 4);
     for (Eigen::Index c = 0; c < 4; ++c)
       for (Eigen::Index i = 0; i < modes.rows(); ++i)
@@ -140,7 +140,8 @@ TEST(MomentumIntegrals, OfARigidBodyAreItsMassAndSecondMoment) {
   TetMesh mesh = shapes::tet_box(2, 3, 4, 0.5);  // 1 x 1.5 x 2 m
   move_to_centre_of_mass(mesh);
   const MomentumIntegrals rest = momentum_integrals(
-      mesh.nodes, mass_matrix(mesh, 2.0, MassKind::kConsistent), MatX(3 * 60, 0));
+      mesh.nodes, mass_matrix(mesh, Material{2.0, 1.0, 0.0}, MassKind::kConsistent),
+      MatX(3 * 60, 0));
   EXPECT_NEAR(rest.mass, 6.0, 1e-13);
   const Mat3 exact = (6.0 / 12.0 * Vec3(1.0, 2.25, 4.0)).asDiagonal();  // m/12 L_a^2
   EXPECT_LT((rest.Sxx - exact).norm(), 1e-13);

@@ -55,6 +55,7 @@ TEST(Recipe, ReadsAllKeys) {
   EXPECT_EQ(r.modes.count, 20);
   EXPECT_EQ(r.modes.residual, 1e-7);
   EXPECT_EQ(r.modes.mass, MassKind::kLumped);
+  EXPECT_EQ(r.tet.order, 1);
 }
 
 TEST(Recipe, NeedsOnlyMeshAndMaterial) {
@@ -62,7 +63,9 @@ TEST(Recipe, NeedsOnlyMeshAndMaterial) {
   const Recipe r = read_recipe(folder.write("duck.body.toml", kMinimal));
   EXPECT_EQ(r.tet.mesher, Mesher::kCgal);
   EXPECT_EQ(r.modes.count, 10);
-  EXPECT_EQ(r.modes.mass, MassKind::kConsistent);
+  EXPECT_EQ(r.tet.order, 2);
+  EXPECT_FALSE(r.modes.mass.has_value());  // the order decides
+  EXPECT_FALSE(r.modes.loads.any());
   EXPECT_EQ(r.scale, 1.0);
   EXPECT_EQ(r.beta, 0.0);
 }
@@ -86,12 +89,43 @@ TEST(Recipe, DemandsSchemaMeshAndMaterial) {
   EXPECT_TRUE(has(text, "material")) << text;
 }
 
-TEST(Recipe, RefusesByNameWhatComesLater) {
-  const std::string quadratic = refusal(std::string(kMinimal) + "tet = { order = 2 }\n");
-  EXPECT_TRUE(has(quadratic, "not in this version: quadratic tets")) << quadratic;
-  const std::string vectors =
-      refusal(std::string(kMinimal) + "modes = { static = [\"pressure\"] }\n");
-  EXPECT_TRUE(has(vectors, "not in this version: residual-flexibility vectors")) << vectors;
+constexpr char kParts[] =
+    "schema = 1\nmesh = \"a.obj\"\nmaterial = { density = 1e3, young = 1e5, poisson = 0.3 }\n";
+
+TEST(Recipe, ReadsRegionsPointSetsFramesAndLoads) {
+  const ScratchFolder folder;
+  const Recipe r = read_recipe(folder.write(
+      "duck.body.toml",
+      std::string(kParts) +
+          "modes = { static = [\"pressure\", \"gravity\", \"tip\"] }\n"
+          "[[material_region]]\ncenter = [1, 2, 3]\nradius = 0.5\ndensity = 2e3\nyoung = 3e6\n"
+          "poisson = 0.1\n[[points]]\nname = \"tip\"\nbox = [[1, 0, 5], [0, 2, 4]]\n"
+          "[[joint_frame]]\nname = \"hip\"\npoint = [1, 1, 1]\n"));
+  ASSERT_EQ(r.material_regions.size(), 1u);
+  EXPECT_EQ(r.material_regions[0].material.young, 3e6);
+  EXPECT_TRUE(r.material_regions[0].region.contains(Vec3(1, 2, 3.5)));
+  EXPECT_FALSE(r.material_regions[0].region.contains(Vec3(1, 2, 3.6)));
+  ASSERT_EQ(r.points.size(), 1u);
+  EXPECT_TRUE(r.points[0].region.contains(Vec3(0.5, 0, 4.5)));  // corners in any order
+  EXPECT_FALSE(r.points[0].region.contains(Vec3(0.5, 0, 5.1)));
+  EXPECT_EQ(r.joint_frames.at(0).axes, Mat3::Identity());
+  EXPECT_TRUE(r.modes.loads.pressure && r.modes.loads.gravity);
+  EXPECT_EQ(r.point_loads, std::vector<std::string>{"tip"});
+}
+
+TEST(Recipe, RefusesWhatDoesNotGoTogether) {
+  const auto with = [](const std::string& more) { return refusal(kParts + more); };
+  EXPECT_TRUE(has(with("mass = \"lumped\"\n"), "quadratic tets have no lumped mass"));
+  EXPECT_TRUE(has(with("clamped = \"foot\"\n"), "there is no point set \"foot\""));
+  EXPECT_TRUE(has(with("modes = { static = [\"presure\"] }\n"), "no point set \"presure\""));
+  EXPECT_TRUE(has(with("clamped = \"p\"\nmodes = { static = [\"gravity\"] }\n[[points]]\n"
+                       "name = \"p\"\nlist = [[0, 0, 0]]\n"),
+                  "static responses are those of a free body"));
+  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\n"), "needs one of box"));
+  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\nradius = 1\n"), "both center and radius"));
+  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\nbox = [[0, 0, 0]]\n"), "two corners"));
+  EXPECT_TRUE(has(with("[[joint_frame]]\nname = \"j\"\npoint = [0, 0, 0]\nx = [0, 0, 1]\n"),
+                  "two different directions"));
 }
 
 TEST(Recipe, AMissingBodyFileIsAFileError) {

@@ -46,6 +46,7 @@ inline Archetype tetrahedron_archetype(const std::string& name) {
   a.volume = tet_volume(a.tets, 0);
   a.sdf.spacing = 1.0;
   a.omega2 = Eigen::Vector2d(100, 200);
+  a.is_static = {0, 0};
   a.residuals = VecX::Zero(2);
   a.surface_modes = MatX::Constant(12, 2, 0.01);
   a.node_modes = MatX::Constant(12, 2, 0.01);

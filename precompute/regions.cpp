@@ -1,0 +1,59 @@
+#include "precompute/regions.h"
+
+#include <algorithm>
+
+namespace archetide {
+
+bool Region::contains(const Vec3& x) const {
+  if (box)
+    return (x.array() >= box->first.array()).all() && (x.array() <= box->second.array()).all();
+  return ball && (x - ball->first).norm() <= ball->second;
+}
+
+PointSet find_points(const NamedRegion& named, const TriMesh& surface, const Vec3& centre) {
+  PointSet set{named.name, {}};
+  const int n = int(surface.vertices.size());
+  for (int v = 0; v < n; ++v)
+    if (named.region.contains(surface.vertices[v] + centre)) set.vertices.push_back(v);
+  for (const Vec3& wanted : named.region.list) {
+    int nearest = 0;
+    for (int v = 1; v < n; ++v)
+      if ((surface.vertices[v] + centre - wanted).squaredNorm() <
+          (surface.vertices[nearest] + centre - wanted).squaredNorm())
+        nearest = v;
+    set.vertices.push_back(nearest);
+  }
+  std::sort(set.vertices.begin(), set.vertices.end());
+  set.vertices.erase(std::unique(set.vertices.begin(), set.vertices.end()), set.vertices.end());
+  if (set.vertices.empty())
+    throw InputError(
+        {Diagnostic{named.where, "no vertex of the body's surface lies in \"" + named.name + "\"",
+                    "coordinates are those of the mesh file times scale, in metres"}});
+  return set;
+}
+
+MaterialField find_materials(const Material& base, const std::vector<MaterialRegion>& regions,
+                             const TetMesh& mesh, const Vec3& centre) {
+  MaterialField field(base);
+  if (regions.empty()) return field;
+  field.of_tet.assign(mesh.tets.size(), 0);
+  for (const MaterialRegion& part : regions) {
+    const int index = int(field.materials.size());
+    field.materials.push_back(part.material);
+    bool found = false;
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      Vec3 middle = centre;
+      for (const int node : mesh.tets[t]) middle += 0.25 * mesh.nodes[node];
+      if (!part.region.contains(middle)) continue;
+      field.of_tet[t] = index;
+      found = true;
+    }
+    if (!found)
+      throw InputError(
+          {Diagnostic{part.where, "no tet lies in this material region",
+                      "coordinates are those of the mesh file times scale, in metres"}});
+  }
+  return field;
+}
+
+}  // namespace archetide

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/archetype.h"
+#include "common/input_error.h"
+#include "precompute/elasticity.h"
+
+namespace archetide {
+
+/// A part of space: a box, a ball, or the places nearest to a list of points. Metres, in the
+/// coordinates of the input mesh times scale.
+struct Region {
+  std::optional<std::pair<Vec3, Vec3>> box;     // low and high corner
+  std::optional<std::pair<Vec3, double>> ball;  // centre, radius
+  std::vector<Vec3> list;
+
+  bool contains(const Vec3& x) const;  // box and ball, boundary included
+};
+
+/// A named region of the surface.
+struct NamedRegion {
+  std::string name;
+  Region region;
+  SourceLocation where;
+};
+
+/// Other material in a region (box or ball).
+struct MaterialRegion {
+  Region region;
+  Material material;
+  SourceLocation where;
+};
+
+/// The surface vertices in the region; `centre`: rest-frame origin in the region's coordinates.
+/// Throws InputError when there are none.
+PointSet find_points(const NamedRegion& named, const TriMesh& surface, const Vec3& centre);
+
+/// `base` everywhere, replaced where a tet's centroid lies in a region (the last one wins). Throws
+/// InputError when a region holds no tet.
+MaterialField find_materials(const Material& base, const std::vector<MaterialRegion>& regions,
+                             const TetMesh& mesh, const Vec3& centre);
+
+}  // namespace archetide
