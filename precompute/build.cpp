@@ -8,7 +8,7 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
-#include "precompute/sdf.h"
+#include "common/mesh_sdf.h"
 #include "precompute/surface_io.h"
 #include "precompute/tet_io.h"
 

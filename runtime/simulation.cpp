@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/input_error.h"
+#include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
@@ -34,6 +35,27 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   w.dt = dt;
   w.modal = o.modal;
   return w;
+}
+
+// Contact between bodies, if the scene has any that may touch.
+std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
+                                            const std::vector<ReducedBody>& bodies,
+                                            const std::vector<TriMesh>& obstacles) {
+  const bool alone = bodies.size() + obstacles.size() < 2;
+  if (!o.body_contact || bodies.empty() || alone) return nullptr;
+  const bool has_tank = o.grid.cells() > 0;
+  Sides closed{};
+  if (has_tank && o.wall_contact)
+    for (int s = 0; s < 6; ++s) closed[s] = !o.open_side[s];
+  double dx = o.grid.dx;
+  if (!has_tank) {
+    dx = INFINITY;  // no grid: an eighth of the smallest body
+    for (const ReducedBody& b : bodies)
+      dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
+  }
+  BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal};
+  return std::make_unique<BodyContacts>(
+      c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
 }
 
 CouplingOptions coupling_options(const SimulationOptions& o) {
@@ -91,6 +113,8 @@ struct Simulation::Impl {
 
   std::vector<StageContacts> held;  // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;     // per body, bounds its extent
+  std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
+  GroupContacts touching;                 // of the velocity stage
   std::vector<Vec3> water_impulse, water_angular_impulse;
   FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
   Array3<unsigned char> solid_cells;
@@ -113,6 +137,7 @@ struct Simulation::Impl {
         water_impulse(bodies.size(), Vec3::Zero()),
         water_angular_impulse(bodies.size(), Vec3::Zero()) {
     for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
+    between = body_contacts(options, bodies, obstacles);
   }
 
   bool has_water() const { return options.has_water && options.grid.cells() > 0; }
@@ -134,6 +159,8 @@ struct Simulation::Impl {
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   bool may_reach_wall(std::size_t b, double dt) const;
+  std::vector<double> body_speeds() const;
+  void resolve_body_contact(double dt, StepReport& report);
   // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
   FreeSurface surface_now(double dt) const {
     if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi, nullptr, 0.0};
@@ -195,10 +222,19 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
+  GroupContacts ahead;
+  if (between) {
+    ScopedTimer search(profile, "positions/contact search");
+    ahead = between->ahead(bodies, body_speeds(), dt);
+  }
   std::vector<StageResult> results;
-  report.position =
-      coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage, u_half, results);
+  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage,
+                                    u_half, results, between ? &ahead : nullptr);
   if (!report.position.converged) return false;
+  if (between) {
+    between->memory.position = ahead.forces;
+    report.contact_sweeps += ahead.sweeps;
+  }
   if (has_water()) {
     valid = coupling.valid();
     extrapolate(u_half, valid);
@@ -254,8 +290,29 @@ void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBod
   }
 }
 
+std::vector<double> Simulation::Impl::body_speeds() const {
+  std::vector<double> speeds;
+  for (const ReducedBody& b : bodies) speeds.push_back(largest_surface_speed(b));
+  return speeds;
+}
+
+// Between the stages: bodies against each other, obstacles and walls.
+void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
+  BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
+  touching = std::move(met.velocity_stage);
+  const Penetration& p = met.penetration;
+  report.contacts = p.touching;
+  report.max_penetration = p.largest;
+  report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
+}
+
 // Between the stages: bodies against the walls on x^{n+1} and v^n.
 void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
+  if (between) {
+    ScopedTimer timer(profile, "contact");
+    resolve_body_contact(dt, report);
+    return;
+  }
   if (!has_tank() || !options.wall_contact) return;
   ScopedTimer timer(profile, "contact");
   const WallContactOptions walls = wall_options(options, dt);
@@ -269,7 +326,7 @@ void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
 
 // Whether the body may come to a wall within the step.
 bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
-  if (!has_tank() || !options.wall_contact) return false;
+  if (between || !has_tank() || !options.wall_contact) return false;
   const double speed = largest_surface_speed(bodies[b]) + options.gravity.norm() * dt;
   return !away_from_walls(bodies[b], reach[b], wall_options(options, dt), 2.0 * speed * dt);
 }
@@ -297,9 +354,13 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b]});
   std::vector<StageResult> results;
-  report.velocity =
-      coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star, results);
+  report.velocity = coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star,
+                                    results, between ? &touching : nullptr);
   if (!report.velocity.converged) return false;
+  if (between) {
+    between->memory.velocity = touching.forces;
+    report.contact_sweeps += touching.sweeps;
+  }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
     water_impulse[b] += results[b].water_impulse.head<3>();
@@ -383,6 +444,8 @@ StepReport Simulation::step(double dt) {
   const Particles particles = s.fluid.particles;
   const FaceField<unsigned char> valid = s.valid;
   const double volume_given_back = s.volume_given_back;
+  const BodyContacts::Memory contact_memory =
+      s.between ? s.between->memory : BodyContacts::Memory();
 
   constexpr int kMaxHalvings = 8;
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
@@ -405,6 +468,7 @@ StepReport Simulation::step(double dt) {
     s.fluid.particles = particles;
     s.valid = valid;
     s.volume_given_back = volume_given_back;
+    if (s.between) s.between->memory = contact_memory;
   }
 }
 

@@ -37,6 +37,7 @@ struct SimulationOptions {
   OnFail on_fail = OnFail::kHalveStep;
 
   bool wall_contact = true;  // surface points against the tank's closed sides
+  bool body_contact = false;  // bodies against each other and against obstacles
   double restitution = 0.0, friction = 0.0;
 };
 
@@ -53,7 +54,9 @@ struct StepReport {
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
   double max_speed = 0.0;        // m/s, water and bodies
-  int contacts = 0;              // wall contact points
+  int contacts = 0;              // points that touch walls, obstacles or other bodies
+  int contact_sweeps = 0;        // of the contact solver, both stages
+  double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
 };
 

@@ -1,0 +1,250 @@
+#include "runtime/contact/contact_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+namespace archetide {
+namespace {
+
+/// Surfaces that face each other touch; that run along each other they are the two sides of one
+/// overlap.
+constexpr double kFacing = 0.3;
+
+struct Box {
+  Vec3 low, high;
+};
+
+bool overlap(const Box& p, const Box& q) {
+  return (p.low.array() <= q.high.array()).all() && (q.low.array() <= p.high.array()).all();
+}
+
+/// A ball around the body at any deformation, widened by its margin: O(r).
+Box loose_box(const ReducedBody& body, const ContactShape& shape, double margin) {
+  const double radius =
+      shape.reach.rest + shape.reach.modes.head(body.r).dot(body.q.cwiseAbs()) + margin;
+  return {body.position - Vec3::Constant(radius), body.position + Vec3::Constant(radius)};
+}
+
+/// Pairs (i < j) of boxes that overlap, sorted: sweep along x.
+std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<Box>& boxes) {
+  std::vector<int> order(boxes.size());
+  for (std::size_t n = 0; n < order.size(); ++n) order[n] = static_cast<int>(n);
+  std::stable_sort(order.begin(), order.end(), [&](int p, int q) {
+    return boxes[p].low.x() < boxes[q].low.x();
+  });
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t n = 0; n < order.size(); ++n)
+    for (std::size_t m = n + 1; m < order.size(); ++m) {
+      if (boxes[order[m]].low.x() > boxes[order[n]].high.x()) break;
+      if (overlap(boxes[order[n]], boxes[order[m]]))
+        pairs.push_back(std::minmax(order[n], order[m]));
+    }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+/// Samples of body a against one solid.
+struct Task {
+  int a, b;
+  const TouchedSolid* solid;
+  double margin;  // m
+};
+
+struct Candidate {
+  int sample;
+  bool carried;  // a force in the last step
+  SolidPoint at;
+};
+
+std::vector<Candidate> candidates(const DeformedBody& body, const Task& task,
+                                  const ContactForces& before) {
+  std::vector<Candidate> found;
+  const std::vector<SampleCluster>& clusters = body.shape().clusters;
+  // gaps are stretched by the solid's strain: look twice as far with the cheap bound
+  const double reach = 2.0 * task.margin;
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    const DeformedBody::Ball& ball = body.balls()[c];
+    if (task.solid->least_gap(ball.centre) > ball.radius + reach) continue;
+    for (int s = clusters[c].begin; s < clusters[c].end; ++s) {
+      const Vec3& x = body.samples()[s];
+      if (task.solid->least_gap(x) > reach) continue;
+      const SolidPoint at = task.solid->locate(x);
+      if (at.gap > task.margin) continue;
+      found.push_back({s, find_force(before, task.a, task.b, s) != nullptr, at});
+    }
+  }
+  return found;
+}
+
+/// The deepest and those that carried a force, apart from each other by the samples' spacing.
+std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& body,
+                               double margin) {
+  constexpr double kSame = 1e-3;  // of the margin: equally deep
+  const auto depth_class = [&](const Candidate& c) { return std::floor(c.at.gap / (kSame * margin)); };
+  std::sort(all.begin(), all.end(), [&](const Candidate& p, const Candidate& q) {
+    return std::tuple(!p.carried, depth_class(p), body.shape().samples[p.sample].order) <
+           std::tuple(!q.carried, depth_class(q), body.shape().samples[q.sample].order);
+  });
+  const double apart = 0.9 * body.shape().spacing;
+  std::vector<Candidate> kept;
+  int fresh = 0;
+  for (const Candidate& c : all) {
+    if (fresh == kMaxContacts) break;
+    const Vec3& x = body.samples()[c.sample];
+    const bool near_kept = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
+      return (body.samples()[k.sample] - x).norm() < apart;
+    });
+    if (near_kept && !c.carried) continue;
+    kept.push_back(c);
+    fresh += !c.carried;
+  }
+  std::sort(kept.begin(), kept.end(),
+            [](const Candidate& p, const Candidate& q) { return p.sample < q.sample; });
+  return kept;
+}
+
+/// Directions that differ for every index, evenly over the sphere.
+Vec3 direction_of(int body) {
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const double z = std::fmod(0.5 + body * 0.6180339887498949, 1.0) * 2.0 - 1.0;
+  const double rho = std::sqrt(1.0 - z * z);
+  return {rho * std::cos(golden * body), rho * std::sin(golden * body), z};
+}
+
+/// Two bodies so far in one another that their surfaces do not say which way is out: apart along
+/// the line of their centres, or, where these coincide, along a direction of their indices.
+BodyContact centre_contact(const std::vector<ReducedBody>& bodies, int a, int b, double reach) {
+  BodyContact c;
+  c.a = a, c.b = b, c.sample = -1;
+  const Vec3 line = bodies[a].position - bodies[b].position;
+  constexpr double kCoincident = 1e-6;  // of the reach
+  c.normal = line.norm() > kCoincident * reach
+                 ? line.normalized()
+                 : (direction_of(a) - direction_of(b)).normalized();
+  c.point = 0.5 * (bodies[a].position + bodies[b].position);
+  c.rest_b = bodies[b].rotation.conjugate() * (c.point - bodies[b].position);
+  c.gap = std::min(line.norm() - reach, 0.0);
+  return c;
+}
+
+}  // namespace
+
+const ContactForce* find_force(const ContactForces& forces, int a, int b, int sample) {
+  const auto at = std::lower_bound(forces.begin(), forces.end(), std::tuple(a, b, sample),
+                                   [](const ContactForce& f, const std::tuple<int, int, int>& key) {
+                                     return std::tuple(f.a, f.b, f.sample) < key;
+                                   });
+  const bool found = at != forces.end() && at->a == a && at->b == b && at->sample == sample;
+  return found ? &*at : nullptr;
+}
+
+Surroundings::Surroundings(const Vec3& low, const Vec3& high, const Sides& closed,
+                           const std::vector<TriMesh>& obstacles, double spacing) {
+  constexpr double kFar = 1e300;
+  for (int side = 0; side < 6; ++side) {
+    if (!closed[side]) continue;
+    const int axis = side / 2;
+    const Vec3 inward = (side % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(axis);
+    const double offset = side % 2 == 0 ? low[axis] : -high[axis];
+    Item item{std::make_unique<WallSolid>(inward, offset), Vec3::Constant(-kFar),
+              Vec3::Constant(kFar)};
+    (side % 2 == 0 ? item.high : item.low)[axis] = side % 2 == 0 ? low[axis] : high[axis];
+    items_.push_back(std::move(item));
+  }
+  for (const TriMesh& mesh : obstacles) {
+    auto solid = std::make_unique<StaticSolid>(mesh, spacing);
+    const Vec3 box_low = solid->low(), box_high = solid->high();
+    items_.push_back({std::move(solid), box_low, box_high});
+  }
+}
+
+const ContactShape& ShapeLibrary::of(const ReducedBody& body) {
+  auto& shape = shapes_[body.archetype.get()];
+  if (!shape) shape = contact_shape(body.archetype);
+  return *shape;
+}
+
+std::size_t ShapeLibrary::bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [archetype, shape] : shapes_)
+    bytes += sizeof(SurfaceSample) * shape->samples.size() + 8 * shape->lattice.modes.size() +
+             4 * shape->sampled.values.size();
+  return bytes;
+}
+
+std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
+                                       const std::vector<const ContactShape*>& shapes,
+                                       const Surroundings& surroundings,
+                                       const std::vector<double>& margin,
+                                       const ContactForces& before) {
+  // who may meet whom: bounding balls
+  std::vector<Box> boxes;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
+  const std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
+  std::vector<char> wanted(bodies.size(), 0);
+  for (const auto& [i, j] : near) wanted[i] = wanted[j] = 1;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (const Surroundings::Item& item : surroundings.items())
+      if (overlap(boxes[b], {item.low, item.high})) wanted[b] = 1;
+
+  // their surfaces, and again with the boxes of these
+  std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!wanted[b]) continue;
+    deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b]);
+    boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
+                deformed[b]->high() + Vec3::Constant(margin[b])};
+  }
+  std::vector<Task> tasks;
+  for (const auto& [i, j] : near) {
+    if (!overlap(boxes[i], boxes[j])) continue;
+    tasks.push_back({i, j, deformed[j].get(), margin[i] + margin[j]});
+    tasks.push_back({j, i, deformed[i].get(), margin[i] + margin[j]});
+  }
+  const std::size_t pair_tasks = tasks.size();
+  for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
+    for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
+      const Surroundings::Item& item = surroundings.items()[s];
+      if (wanted[b] && overlap(boxes[b], {item.low, item.high}))
+        tasks.push_back({b, -1 - s, item.solid.get(), margin[b]});
+    }
+
+  // samples of one against the distance of the other
+  std::vector<std::vector<BodyContact>> found(tasks.size());
+  std::vector<char> inside(tasks.size(), 0);  // overlap that the surfaces cannot undo
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t t = 0; t < tasks.size(); ++t) {
+    const Task& task = tasks[t];
+    const DeformedBody& body = *deformed[task.a];
+    std::vector<Candidate> all = candidates(body, task, before);
+    bool overlapping = false;
+    if (task.b >= 0) {
+      for (const Candidate& c : all) overlapping = overlapping || c.at.gap < 0.0;
+      std::erase_if(all, [&](const Candidate& c) {
+        return body.normal(c.sample).dot(c.at.normal) > kFacing;
+      });
+    }
+    inside[t] = overlapping && all.empty();
+    for (const Candidate& c : thinned(std::move(all), body, task.margin))
+      found[t].push_back({task.a, task.b, c.sample, body.samples()[c.sample], c.at.normal,
+                          c.at.rest, c.at.gap});
+  }
+  std::vector<BodyContact> contacts;
+  for (std::size_t t = 0; t < tasks.size(); ++t) {
+    contacts.insert(contacts.end(), found[t].begin(), found[t].end());
+    const bool second_of_pair = t < pair_tasks && t % 2 == 1;
+    if (second_of_pair && (inside[t] || inside[t - 1]) && found[t].empty() &&
+        found[t - 1].empty()) {
+      const auto& [a, b, solid, m] = tasks[t - 1];
+      contacts.push_back(
+          centre_contact(bodies, a, b, std::min(shapes[a]->reach.rest, shapes[b]->reach.rest)));
+    }
+  }
+  return contacts;
+}
+
+}  // namespace archetide
