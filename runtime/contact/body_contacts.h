@@ -18,10 +18,10 @@ struct BodyContactOptions {
 /// Contacts that a stage of the step holds, their least separating speeds, and what they pushed.
 struct GroupContacts {
   std::vector<BodyContact> contacts;
-  VecX target;                             // m/s
+  VecX target;                              // m/s
   std::vector<const ContactShape*> shapes;  // one per body
-  ContactForces start;                     // of the last step
-  double friction = 0.0;
+  ContactForces start;                      // of the last step
+  ContactSolveOptions solve;
   ContactForces forces;  // result: those that push, sorted
   int sweeps = 0;        // result
 };
@@ -70,6 +70,8 @@ class BodyContacts {
                                 const std::vector<double>& speed, double dt,
                                 const ContactForces& before) const;
   double resting_speed(double dt) const;
+  ContactSolveOptions solve_options(double dt) const;
+  double closing_target(double gap, double dt) const;
   void impacts(std::vector<ReducedBody>& bodies, const std::vector<BodyContact>& touching,
                double dt) const;
 
@@ -79,7 +81,7 @@ class BodyContacts {
   std::vector<const ContactShape*> shapes_;
 };
 
-/// lambda (frame, N s) of a stage of length h as forces, those that push.
+/// lambda (frame, N s) of a stage of length h as forces.
 ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
                              const std::vector<Vec3>& lambda, double h);
 /// The other way round: first guesses for these contacts.

@@ -12,6 +12,13 @@ namespace {
 /// overlap.
 constexpr double kFacing = 0.3;
 
+/// Distance of further contacts from those of the patches, in sample spacings (a twelfth of the
+/// body's radius).
+constexpr double kApart = 2.0;
+constexpr std::size_t kMaxPatches = 6;  // of an ordered pair
+/// Fewer bodies or pairs than this are not worth waking threads for.
+constexpr std::size_t kParallelFrom = 16;
+
 struct Box {
   Vec3 low, high;
 };
@@ -31,9 +38,8 @@ Box loose_box(const ReducedBody& body, const ContactShape& shape, double margin)
 std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<Box>& boxes) {
   std::vector<int> order(boxes.size());
   for (std::size_t n = 0; n < order.size(); ++n) order[n] = static_cast<int>(n);
-  std::stable_sort(order.begin(), order.end(), [&](int p, int q) {
-    return boxes[p].low.x() < boxes[q].low.x();
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int p, int q) { return boxes[p].low.x() < boxes[q].low.x(); });
   std::vector<std::pair<int, int>> pairs;
   for (std::size_t n = 0; n < order.size(); ++n)
     for (std::size_t m = n + 1; m < order.size(); ++m) {
@@ -54,7 +60,7 @@ struct Task {
 
 struct Candidate {
   int sample;
-  bool carried;  // a force in the last step
+  bool carried;  // load in the last step
   SolidPoint at;
 };
 
@@ -70,39 +76,94 @@ std::vector<Candidate> candidates(const DeformedBody& body, const Task& task,
     for (int s = clusters[c].begin; s < clusters[c].end; ++s) {
       const Vec3& x = body.samples()[s];
       if (task.solid->least_gap(x) > reach) continue;
-      const SolidPoint at = task.solid->locate(x);
-      if (at.gap > task.margin) continue;
+      SolidPoint at;
+      if (!task.solid->locate(x, task.margin, at)) continue;
       found.push_back({s, find_force(before, task.a, task.b, s) != nullptr, at});
     }
   }
   return found;
 }
 
-/// The deepest and those that carried a force, apart from each other by the samples' spacing.
+/// Candidates around one place that face one way.
+struct Patch {
+  Vec3 place, normal;  // of its deepest
+  double gap;          // m, of its deepest
+  std::vector<const Candidate*> members;
+};
+
+std::vector<Patch> patches(const std::vector<Candidate>& sorted, const DeformedBody& body) {
+  constexpr double kRadius = 1.0, kOneWay = 0.8;  // of the reach; cosine
+  std::vector<Patch> out;
+  for (const Candidate& c : sorted) {
+    const Vec3& x = body.samples()[c.sample];
+    const auto home = std::find_if(out.begin(), out.end(), [&](const Patch& p) {
+      return (p.place - x).norm() < kRadius * body.shape().reach.rest &&
+             p.normal.dot(c.at.normal) > kOneWay;
+    });
+    if (home != out.end())
+      home->members.push_back(&c);
+    else if (out.size() < kMaxPatches)
+      out.push_back({x, c.at.normal, c.at.gap, {&c}});
+  }
+  return out;
+}
+
+/// The deepest of a patch and the outermost that are nearly as deep: what holds a body best with
+/// the fewest points, and the same points as long as nothing moves.
+void add_support(const Patch& patch, const DeformedBody& body, double margin,
+                 std::vector<const Candidate*>& kept) {
+  constexpr int kDirections = 8;
+  constexpr double kBand = 0.5;  // of the margin
+  const auto keep = [&](const Candidate* c) {
+    if (std::find(kept.begin(), kept.end(), c) == kept.end()) kept.push_back(c);
+  };
+  const Mat3 frame = contact_frame(patch.normal);
+  for (int d = 0; d < kDirections; ++d) {
+    const double angle = (2.0 * d + 1.0) * std::numbers::pi / kDirections;
+    const Vec3 along = frame.transpose() * Vec3(0.0, std::cos(angle), std::sin(angle));
+    const Candidate* outermost = nullptr;
+    double farthest = -INFINITY;
+    for (const Candidate* c : patch.members) {
+      if (c->at.gap > patch.gap + kBand * margin) continue;
+      const double distance = along.dot(body.samples()[c->sample] - patch.place);
+      if (distance > farthest + 1e-9 * body.shape().reach.rest) farthest = distance, outermost = c;
+    }
+    keep(outermost);
+  }
+  // the deepest, unless one of these is as deep
+  constexpr double kFlat = 0.01;  // of the margin
+  for (const Candidate* c : kept)
+    if (c->at.gap <= patch.gap + kFlat * margin) return;
+  keep(patch.members.front());
+}
+
 std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& body,
                                double margin) {
   constexpr double kSame = 1e-3;  // of the margin: equally deep
-  const auto depth_class = [&](const Candidate& c) { return std::floor(c.at.gap / (kSame * margin)); };
+  const auto depth_class = [&](const Candidate& c) {
+    return std::floor(c.at.gap / (kSame * margin));
+  };
   std::sort(all.begin(), all.end(), [&](const Candidate& p, const Candidate& q) {
-    return std::tuple(!p.carried, depth_class(p), body.shape().samples[p.sample].order) <
-           std::tuple(!q.carried, depth_class(q), body.shape().samples[q.sample].order);
+    return std::pair(depth_class(p), body.shape().samples[p.sample].order) <
+           std::pair(depth_class(q), body.shape().samples[q.sample].order);
   });
-  const double apart = 0.9 * body.shape().spacing;
-  std::vector<Candidate> kept;
-  int fresh = 0;
+  std::vector<const Candidate*> kept;
+  for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
+  // a point that carried load in the last step stays if it is not beside a kept one
+  const double apart = kApart * body.shape().spacing;
   for (const Candidate& c : all) {
-    if (fresh == kMaxContacts) break;
+    if (static_cast<int>(kept.size()) >= kMaxContacts) break;
     const Vec3& x = body.samples()[c.sample];
-    const bool near_kept = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
-      return (body.samples()[k.sample] - x).norm() < apart;
-    });
-    if (near_kept && !c.carried) continue;
-    kept.push_back(c);
-    fresh += !c.carried;
+    if (c.carried && std::none_of(kept.begin(), kept.end(), [&](const Candidate* k) {
+          return (body.samples()[k->sample] - x).norm() < apart;
+        }))
+      kept.push_back(&c);
   }
-  std::sort(kept.begin(), kept.end(),
+  std::vector<Candidate> out;
+  for (const Candidate* c : kept) out.push_back(*c);
+  std::sort(out.begin(), out.end(),
             [](const Candidate& p, const Candidate& q) { return p.sample < q.sample; });
-  return kept;
+  return out;
 }
 
 /// Directions that differ for every index, evenly over the sphere.
@@ -113,16 +174,29 @@ Vec3 direction_of(int body) {
   return {rho * std::cos(golden * body), rho * std::sin(golden * body), z};
 }
 
-/// Two bodies so far in one another that their surfaces do not say which way is out: apart along
-/// the line of their centres, or, where these coincide, along a direction of their indices.
+/// Two bodies so far in one another that their surfaces do not say which way is out: each holds the
+/// other's centre, or their surfaces coincide.
+bool merged(const DeformedBody& p, const DeformedBody& q) {
+  constexpr double kClose = 0.5, kAlong = 0.05;  // of the smaller reach
+  const double reach = std::min(p.shape().reach.rest, q.shape().reach.rest);
+  if ((p.centre() - q.centre()).norm() > reach) return false;
+  SolidPoint in_p, in_q;
+  if (p.locate(q.centre(), 0.0, in_p) && q.locate(p.centre(), 0.0, in_q)) return true;
+  if ((p.centre() - q.centre()).norm() > kClose * reach) return false;
+  const auto along = std::count_if(p.samples().begin(), p.samples().end(),
+                                   [&](const Vec3& x) { return q.least_gap(x) < kAlong * reach; });
+  return 2 * static_cast<std::size_t>(along) > p.samples().size();
+}
+
+/// They are taken apart along the line of their centres, or, where these coincide, along a
+/// direction of their indices.
 BodyContact centre_contact(const std::vector<ReducedBody>& bodies, int a, int b, double reach) {
   BodyContact c;
   c.a = a, c.b = b, c.sample = -1;
   const Vec3 line = bodies[a].position - bodies[b].position;
   constexpr double kCoincident = 1e-6;  // of the reach
-  c.normal = line.norm() > kCoincident * reach
-                 ? line.normalized()
-                 : (direction_of(a) - direction_of(b)).normalized();
+  c.normal = line.norm() > kCoincident * reach ? line.normalized()
+                                               : (direction_of(a) - direction_of(b)).normalized();
   c.point = 0.5 * (bodies[a].position + bodies[b].position);
   c.rest_b = bodies[b].rotation.conjugate() * (c.point - bodies[b].position);
   c.gap = std::min(line.norm() - reach, 0.0);
@@ -130,6 +204,15 @@ BodyContact centre_contact(const std::vector<ReducedBody>& bodies, int a, int b,
 }
 
 }  // namespace
+
+Mat3 contact_frame(const Vec3& n) {
+  int largest = 0;
+  n.cwiseAbs().maxCoeff(&largest);
+  const Vec3 t = n.cross(Vec3::Unit((largest + 1) % 3)).normalized();
+  Mat3 frame;
+  frame << n.transpose(), t.transpose(), n.cross(t).transpose();
+  return frame;
+}
 
 const ContactForce* find_force(const ContactForces& forces, int a, int b, int sample) {
   const auto at = std::lower_bound(forces.begin(), forces.end(), std::tuple(a, b, sample),
@@ -192,20 +275,25 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
 
   // their surfaces, and again with the boxes of these
   std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (near.size() > kParallelFrom)
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (!wanted[b]) continue;
     deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b]);
     boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
                 deformed[b]->high() + Vec3::Constant(margin[b])};
   }
+  std::vector<BodyContact> contacts;
   std::vector<Task> tasks;
   for (const auto& [i, j] : near) {
     if (!overlap(boxes[i], boxes[j])) continue;
+    if (merged(*deformed[i], *deformed[j])) {
+      contacts.push_back(
+          centre_contact(bodies, i, j, std::min(shapes[i]->reach.rest, shapes[j]->reach.rest)));
+      continue;
+    }
     tasks.push_back({i, j, deformed[j].get(), margin[i] + margin[j]});
     tasks.push_back({j, i, deformed[i].get(), margin[i] + margin[j]});
   }
-  const std::size_t pair_tasks = tasks.size();
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
     for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
       const Surroundings::Item& item = surroundings.items()[s];
@@ -215,35 +303,21 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
 
   // samples of one against the distance of the other
   std::vector<std::vector<BodyContact>> found(tasks.size());
-  std::vector<char> inside(tasks.size(), 0);  // overlap that the surfaces cannot undo
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)
   for (std::size_t t = 0; t < tasks.size(); ++t) {
     const Task& task = tasks[t];
     const DeformedBody& body = *deformed[task.a];
     std::vector<Candidate> all = candidates(body, task, before);
-    bool overlapping = false;
-    if (task.b >= 0) {
-      for (const Candidate& c : all) overlapping = overlapping || c.at.gap < 0.0;
+    if (task.b >= 0)
       std::erase_if(all, [&](const Candidate& c) {
         return body.normal(c.sample).dot(c.at.normal) > kFacing;
       });
-    }
-    inside[t] = overlapping && all.empty();
     for (const Candidate& c : thinned(std::move(all), body, task.margin))
-      found[t].push_back({task.a, task.b, c.sample, body.samples()[c.sample], c.at.normal,
-                          c.at.rest, c.at.gap});
+      found[t].push_back(
+          {task.a, task.b, c.sample, body.samples()[c.sample], c.at.normal, c.at.rest, c.at.gap});
   }
-  std::vector<BodyContact> contacts;
-  for (std::size_t t = 0; t < tasks.size(); ++t) {
-    contacts.insert(contacts.end(), found[t].begin(), found[t].end());
-    const bool second_of_pair = t < pair_tasks && t % 2 == 1;
-    if (second_of_pair && (inside[t] || inside[t - 1]) && found[t].empty() &&
-        found[t - 1].empty()) {
-      const auto& [a, b, solid, m] = tasks[t - 1];
-      contacts.push_back(
-          centre_contact(bodies, a, b, std::min(shapes[a]->reach.rest, shapes[b]->reach.rest)));
-    }
-  }
+  for (const std::vector<BodyContact>& list : found)
+    contacts.insert(contacts.end(), list.begin(), list.end());
   return contacts;
 }
 

@@ -27,6 +27,9 @@ struct ContactForce {
 };
 /// Sorted by (a, b, sample).
 using ContactForces = std::vector<ContactForce>;
+/// Rows n, t1, t2: the unit vector n and two across it.
+Mat3 contact_frame(const Vec3& n);
+
 const ContactForce* find_force(const ContactForces& forces, int a, int b, int sample);
 
 /// What bodies can touch besides each other: closed sides of the tank and obstacles.
@@ -56,14 +59,15 @@ class ShapeLibrary {
   std::map<const Archetype*, std::shared_ptr<const ContactShape>> shapes_;
 };
 
-/// Every contact whose gap is below the pair's margin, thinned out to the deepest and to those that
-/// carried a force: at most kMaxContacts new ones for every ordered pair. In the order (a, b).
+/// Contacts whose gap is below the pair's margin, thinned out to the support of every patch
+/// where surfaces face each other, and to points that carried load in the last step. In a fixed
+/// order.
 /// `margin`: one per body, m: what it may move until the contacts are looked for again.
 std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before);
-inline constexpr int kMaxContacts = 12;
+inline constexpr int kMaxContacts = 16;  // of an ordered pair with one patch
 
 }  // namespace archetide

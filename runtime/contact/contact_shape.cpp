@@ -11,19 +11,20 @@
 namespace archetide {
 namespace {
 
-constexpr int kSamplesAcross = 12;   // samples along a bounding radius, at least
-constexpr int kClusterSize = 32;     // samples
-constexpr int kLatticeCells = 20;    // along the longest side
-constexpr int kNeighbours = 16;      // vertices of a lattice node's fit
-constexpr double kFarthestFit = 2.5; // lattice cells that a linear fit is trusted beyond its points
+constexpr int kSamplesAcross = 12;  // samples along a bounding radius, at least
+constexpr int kClusterSize = 32;    // samples
+constexpr int kLatticeCells = 20;   // along the longest side
+constexpr int kNeighbours = 16;     // vertices of a lattice node's fit
+constexpr double kFarthestFit =
+    2.5;  // lattice cells that a linear fit is trusted beyond its points
 
 void add_edge_samples(const TriMesh& mesh, const Vec3i& t, double spacing,
                       std::vector<SurfaceSample>& samples) {
   for (int c = 0; c < 3; ++c) {
     const int a = t[c], b = t[(c + 1) % 3];
     if (a > b) continue;  // every edge once
-    const int parts = static_cast<int>(
-        std::ceil((mesh.vertices[a] - mesh.vertices[b]).norm() / spacing - 1e-9));
+    const int parts =
+        static_cast<int>(std::ceil((mesh.vertices[a] - mesh.vertices[b]).norm() / spacing - 1e-9));
     for (int i = 1; i < parts; ++i) {
       const double s = static_cast<double>(i) / parts;
       samples.push_back({Vec3i(a, b, b), Vec3(1.0 - s, s, 0.0), Vec3::Zero(), 0});
@@ -108,8 +109,7 @@ VecX fit_weights(const std::vector<Vec3>& vertices, const std::vector<int>& near
   if (step.norm() > kFarthestFit * spacing) step *= kFarthestFit * spacing / step.norm();
   const Vec3 along = spread.ldlt().solve(step);
   VecX out(n);
-  for (long k = 0; k < n; ++k)
-    out[k] = w[k] * (1.0 + along.dot(vertices[nearest[k]] - centre));
+  for (long k = 0; k < n; ++k) out[k] = w[k] * (1.0 + along.dot(vertices[nearest[k]] - centre));
   return out;
 }
 

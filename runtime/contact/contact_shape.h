@@ -22,8 +22,8 @@ struct SampleCluster {
   int begin = 0, end = 0;  // of ContactShape::samples
 };
 
-/// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place in
-/// space back to the rest shape at a cost that knows neither the tets nor the surface.
+/// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place
+/// in space back to the rest shape at a cost that knows neither the tets nor the surface.
 struct ModeLattice {
   Vec3 origin = Vec3::Zero();  // of node (0, 0, 0), m
   double spacing = 0.0;        // m
@@ -49,9 +49,7 @@ struct ContactShape {
   double spacing = 0.0;  // m, largest distance of neighbouring samples on edges and faces
   BodyReach reach;
 
-  const GridSdf& sdf() const {
-    return archetype->sdf.values.empty() ? sampled : archetype->sdf;
-  }
+  const GridSdf& sdf() const { return archetype->sdf.values.empty() ? sampled : archetype->sdf; }
 };
 
 std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype);

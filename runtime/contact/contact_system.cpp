@@ -9,16 +9,6 @@
 namespace archetide {
 namespace {
 
-/// n and two unit vectors across it.
-Mat3 contact_frame(const Vec3& n) {
-  int largest = 0;
-  n.cwiseAbs().maxCoeff(&largest);
-  const Vec3 t = n.cross(Vec3::Unit((largest + 1) % 3)).normalized();
-  Mat3 frame;
-  frame << n.transpose(), t.transpose(), n.cross(t).transpose();
-  return frame;
-}
-
 /// 3 x (6 + r) of a body at a place that carries the modes `phi` (3 x r, body frame):
 /// [1, -[x]x, R phi + [x]x I^-1 D].
 MatX place_jacobian(const ContactBody& b, const Vec3& place, const MatX& phi) {
@@ -38,8 +28,7 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
   const MatX& S = b.body->archetype->surface_modes;
   MatX phi = MatX::Zero(3, b.body->r);
   for (int c = 0; c < 3; ++c)
-    if (s.weights[c] != 0.0)
-      phi += s.weights[c] * S.block(3L * s.vertices[c], 0, 3, b.body->r);
+    if (s.weights[c] != 0.0) phi += s.weights[c] * S.block(3L * s.vertices[c], 0, 3, b.body->r);
   return phi;
 }
 
@@ -79,7 +68,7 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
 ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
                              const std::vector<ContactBody>& bodies)
     : rows_(contacts.size()) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (contacts.size() > 64)
   for (std::size_t k = 0; k < contacts.size(); ++k) rows_[k] = contact_rows(contacts[k], bodies);
 }
 
@@ -134,12 +123,19 @@ ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOp
     speed = std::max({speed, velocity(k, y).cwiseAbs().maxCoeff(), std::abs(target[k])});
   for (const std::size_t k : only)
     if (lambda[k] != Vec3::Zero()) apply(k, lambda[k], y);
-  for (; report.sweeps < options.max_sweeps; ++report.sweeps) {
+  const auto n = static_cast<long>(only.size());
+  const long sweeps =
+      std::min<long>(options.max_sweeps, std::max(20L, options.max_updates / std::max(n, 1L)));
+  for (; report.sweeps < sweeps; ++report.sweeps) {
     report.change = 0.0;
-    for (const std::size_t k : only)
-      report.change = std::max(
-          report.change, sweep_contact(k, target[k], options.friction, lambda[k], y));
-    if (report.change <= options.tolerance * speed) break;
+    // up and down: a stack passes its load on in either direction
+    const bool up = report.sweeps % 2 == 0;
+    for (long i = 0; i < n; ++i) {
+      const std::size_t k = only[static_cast<std::size_t>(up ? i : n - 1 - i)];
+      report.change = std::max(report.change, sweep_contact(k, target[static_cast<long>(k)],
+                                                            options.friction, lambda[k], y));
+    }
+    if (report.change <= std::max(options.tolerance * speed, options.still)) break;
   }
   return report;
 }

@@ -10,6 +10,10 @@
 namespace archetide {
 namespace {
 
+// Slopes of the distance that are believed: below one where it is rounded at edges and ridges,
+// above where the body is compressed.
+constexpr double kLeastSlope = 0.5, kLargestSlope = 2.0;
+
 /// Gradient by central differences over a cell: continuous, unlike that of the interpolant.
 Vec3 smooth_gradient(const GridSdf& sdf, const Vec3& x) {
   Vec3 g;
@@ -42,10 +46,13 @@ StaticSolid::StaticSolid(const TriMesh& surface, double spacing)
   }
 }
 
-SolidPoint StaticSolid::locate(const Vec3& x) const {
+bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
+  const double distance = sdf_.value(x);
+  if (distance > within) return false;
   const Vec3 g = smooth_gradient(sdf_, x);
   const double slope = std::max(g.norm(), 1e-12);
-  return {sdf_.value(x) / std::clamp(slope, 0.5, 1.0), g / slope, x};
+  at = {distance / std::clamp(slope, kLeastSlope, 1.0), g / slope, x};
+  return at.gap <= within;
 }
 
 DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
@@ -94,7 +101,7 @@ double DeformedBody::least_gap(const Vec3& x) const {
   return shape_->sdf().value(R_.transpose() * (x - centre_)) - largest_shift_;
 }
 
-SolidPoint DeformedBody::locate(const Vec3& x) const {
+bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
   constexpr int kTurns = 12;
   const double close = 1e-6 * shape_->sdf().spacing;
   const Vec3 y = R_.transpose() * (x - centre_);
@@ -109,12 +116,14 @@ SolidPoint DeformedBody::locate(const Vec3& x) const {
     }
     stretch += displacement_gradient(rest);
   }
+  const double distance = shape_->sdf().value(rest);
+  if (distance > kLargestSlope * within) return false;
   // grad_y phi(X(y)) = (1 + du/dX)^-T grad phi
   Vec3 g = smooth_gradient(shape_->sdf(), rest);
-  if (lattice_.size() > 0 && stretch.determinant() > 0.1)
-    g = stretch.transpose().inverse() * g;
+  if (lattice_.size() > 0 && stretch.determinant() > 0.1) g = stretch.transpose().inverse() * g;
   const double slope = std::max(g.norm(), 1e-12);
-  return {shape_->sdf().value(rest) / std::clamp(slope, 0.5, 2.0), R_ * (g / slope), rest};
+  at = {distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
+  return at.gap <= within;
 }
 
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {

@@ -19,7 +19,8 @@ class TouchedSolid {
   virtual ~TouchedSolid() = default;
   /// At most the gap at x, m, up to the solid's own strain; cheap.
   virtual double least_gap(const Vec3& x) const = 0;
-  virtual SolidPoint locate(const Vec3& x) const = 0;
+  /// False, at the least cost, if the gap is certainly larger than `within` (m).
+  virtual bool locate(const Vec3& x, double within, SolidPoint& at) const = 0;
 };
 
 /// A closed side of the tank.
@@ -27,8 +28,9 @@ class WallSolid : public TouchedSolid {
  public:
   WallSolid(const Vec3& inward, double offset) : normal_(inward), offset_(offset) {}
   double least_gap(const Vec3& x) const override { return normal_.dot(x) - offset_; }
-  SolidPoint locate(const Vec3& x) const override {
-    return {least_gap(x), normal_, Vec3::Zero()};
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override {
+    at = {least_gap(x), normal_, Vec3::Zero()};
+    return at.gap <= within;
   }
 
  private:
@@ -42,7 +44,7 @@ class StaticSolid : public TouchedSolid {
   /// `spacing`: wanted distance of the nodes of its signed distance, m; 0: a 64th of its length.
   StaticSolid(const TriMesh& surface, double spacing);
   double least_gap(const Vec3& x) const override { return sdf_.value(x); }
-  SolidPoint locate(const Vec3& x) const override;
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override;
   const Vec3& low() const { return low_; }
   const Vec3& high() const { return high_; }
 
@@ -59,6 +61,7 @@ class DeformedBody : public TouchedSolid {
   DeformedBody(const ReducedBody& body, const ContactShape& shape);
 
   const ContactShape& shape() const { return *shape_; }
+  const Vec3& centre() const { return centre_; }
   const std::vector<Vec3>& samples() const { return samples_; }  // world, m
   Vec3 normal(int sample) const { return R_ * shape_->samples[sample].normal; }
   struct Ball {
@@ -70,7 +73,7 @@ class DeformedBody : public TouchedSolid {
   const Vec3& high() const { return high_; }
 
   double least_gap(const Vec3& x) const override;
-  SolidPoint locate(const Vec3& x) const override;
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override;
 
  private:
   Vec3 displacement(const Vec3& rest) const;

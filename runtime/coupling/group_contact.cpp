@@ -31,9 +31,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   }
   const ContactSystem system(contacts.contacts, masses);
   std::vector<Vec3> lambda = contact_impulses(contacts.contacts, system, contacts.start, h);
-  ContactSolveOptions options;
-  options.friction = contacts.friction;
-  contacts.sweeps += system.solve(contacts.target, options, lambda, y).sweeps;
+  contacts.sweeps += system.solve(contacts.target, contacts.solve, lambda, y).sweeps;
   contact_seconds_ = seconds_since(start);
 
   SolveReport report;

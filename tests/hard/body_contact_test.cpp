@@ -78,7 +78,9 @@ TEST(Incline, BlockSlidesOrSticksAndBallRollsByCoulombsLaw) {
     ReducedBody block = box(Vec3(0.2, 0.2, 0.1), 0.05 * up);
     block.rotation = Eigen::AngleAxisd(angle, Vec3::UnitY());
     Simulation s(o, FluidState(), {block}, {slope(c.degrees)});
-    for (int n = 0; n < 100; ++n) s.step(0.01);
+    int sweeps = 0, contacts = 0, most = 0;
+    for (int n = 0; n < 100; ++n) { const StepReport r = s.step(0.01); sweeps += r.contact_sweeps; contacts += r.contacts; most = std::max(most, r.contact_sweeps); }
+ printf("sweeps %d most %d contacts %d ", sweeps, most, contacts);
     const double travel = (s.bodies()[0].position - block.position).dot(down);
     printf("%g deg mu %g: travel %.6f (%.6f)  lift %.2e\n", c.degrees, c.friction, travel,
            c.block_travel, (s.bodies()[0].position - block.position).dot(up));
@@ -149,3 +151,57 @@ TEST(Overlap, TenCoincident) {
 
 }  // namespace
 }  // namespace archetide
+#include "common/archetype.h"
+#include <chrono>
+namespace archetide {
+namespace {
+TEST(SlowPile, Starfish) {
+  const int count = getenv("N") ? atoi(getenv("N")) : 30;
+  const int modes = getenv("R") ? atoi(getenv("R")) : 20;
+  const double seconds = getenv("T") ? atof(getenv("T")) : 3;
+  auto star = std::make_shared<const Archetype>(read_archetype("/tmp/w/contact_out/starfish.h5", Part::kRuntime));
+  SimulationOptions o;
+  const double dx = 1.0 / 64;
+  const int side = int(std::ceil(std::sqrt(count / 150.0 * 224.0 * 352.0)));
+  o.grid = {side, side, 128, dx, Vec3::Zero()};
+  o.open_side[kZMax] = true;
+  o.body_contact = true;
+  o.friction = 0.4;
+  o.restitution = 0.1;
+  o.max_dt = 1.0 / 24;
+  if (getenv("G")) o.gravity = Vec3(0, 0, -atof(getenv("G")));
+  std::vector<ReducedBody> bodies;
+  srand(3);
+  const double L = side * dx;
+  const int per = int(std::sqrt(count / 3.0)) + 1;
+  for (int n = 0; n < count; ++n) {
+    ReducedBody b = make_body(star, modes);
+    const int layer = n / (per * per), i = n % per, j = n / per % per;
+    b.position = Vec3((i + 0.5) * L / per, (j + 0.5) * L / per, 0.3 + 0.4 * layer);
+    b.rotation = Quat(Eigen::Vector4d::Random()).normalized();
+    bodies.push_back(b);
+  }
+  printf("L %.2f per %d\n", L, per);
+  Simulation s(o, FluidState(), bodies, {});
+  double next = 0, worst = 0;
+  int steps = 0; long sweeps = 0;
+  auto start = std::chrono::steady_clock::now();
+  while (s.time() < seconds) {
+    const StepReport r = s.step(s.stable_dt());
+    ++steps; sweeps += r.contact_sweeps;
+    worst = std::max(worst, r.max_penetration);
+    if (s.time() >= next) {
+      next += seconds / 20;
+      double mean = 0;
+      for (auto& b : s.bodies()) mean += velocity(b).norm() / count;
+      printf("t %.3f dt %.4f contacts %d sweeps %d pen %.3f (worst %.3f) mean %.4f cells  v %.2e  E %.4f defo %.2f  %.2f s\n", s.time(), r.dt, r.contacts, r.contact_sweeps, r.max_penetration / dx, worst / dx, r.mean_penetration / dx, mean, r.body_kinetic + r.body_elastic + r.potential, r.max_deformation,
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      fflush(stdout);
+    }
+  }
+  printf("steps %d sweeps %ld; ", steps, sweeps);
+  for (auto& p : s.profile().phases()) printf("%s %.2f  ", p.c_str(), s.profile().seconds(p));
+  printf("\n");
+}
+}
+}
