@@ -50,8 +50,7 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
   double dx = o.grid.dx;
   if (!has_tank) {
     dx = INFINITY;  // no grid: an eighth of the smallest body
-    for (const ReducedBody& b : bodies)
-      dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
+    for (const ReducedBody& b : bodies) dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
   }
   BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal};
   return std::make_unique<BodyContacts>(
@@ -108,11 +107,13 @@ struct Simulation::Impl {
   SimulationOptions options;
   FluidState fluid;
   std::vector<ReducedBody> bodies;
+  std::vector<ReducedBody> waiting;  // to appear, in order
+  std::vector<double> release;       // s, of those that wait
   std::vector<TriMesh> obstacles;
   Coupling coupling;
 
-  std::vector<StageContacts> held;  // per body, points at walls for the velocity stage
-  std::vector<BodyReach> reach;     // per body, bounds its extent
+  std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
+  std::vector<BodyReach> reach;           // per body, bounds its extent
   std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
   GroupContacts touching;                 // of the velocity stage
   std::vector<Vec3> water_impulse, water_angular_impulse;
@@ -127,17 +128,16 @@ struct Simulation::Impl {
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
-       std::vector<TriMesh> obs)
+       std::vector<TriMesh> obs, std::vector<double> appear)
       : options(std::move(o)),
         fluid(std::move(initial)),
-        bodies(std::move(b)),
+        waiting(std::move(b)),
+        release(std::move(appear)),
         obstacles(std::move(obs)),
-        coupling(coupling_options(options), obstacles),
-        held(bodies.size()),
-        water_impulse(bodies.size(), Vec3::Zero()),
-        water_angular_impulse(bodies.size(), Vec3::Zero()) {
-    for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
-    between = body_contacts(options, bodies, obstacles);
+        coupling(coupling_options(options), obstacles) {
+    release.resize(waiting.size(), 0.0);
+    between = body_contacts(options, waiting, obstacles);
+    admit_bodies();
   }
 
   bool has_water() const { return options.has_water && options.grid.cells() > 0; }
@@ -150,6 +150,7 @@ struct Simulation::Impl {
   int extrapolation_layers() const { return static_cast<int>(std::ceil(options.cfl)) + 4; }
 
   void prepare();
+  void admit_bodies();
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -170,6 +171,22 @@ struct Simulation::Impl {
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
 };
+
+// Bodies whose time has come join the others.
+void Simulation::Impl::admit_bodies() {
+  constexpr double kSameTime = 1e-9;  // s
+  std::size_t n = 0;
+  while (n < waiting.size() && release[n] <= fluid.time + kSameTime) ++n;
+  if (n == 0) return;
+  bodies.insert(bodies.end(), waiting.begin(), waiting.begin() + static_cast<long>(n));
+  waiting.erase(waiting.begin(), waiting.begin() + static_cast<long>(n));
+  release.erase(release.begin(), release.begin() + static_cast<long>(n));
+  for (std::size_t b = reach.size(); b < bodies.size(); ++b)
+    reach.push_back(body_reach(*bodies[b].archetype));
+  held.resize(bodies.size());
+  water_impulse.resize(bodies.size(), Vec3::Zero());
+  water_angular_impulse.resize(bodies.size(), Vec3::Zero());
+}
 
 // First look at the scene: fractions, a clean level set, particles.
 void Simulation::Impl::prepare() {
@@ -217,21 +234,23 @@ void Simulation::Impl::extrapolate(MacField& u, FaceField<unsigned char>& mask) 
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
                                          StepReport& report) {
+  GroupContacts ahead;
+  if (between) {
+    ScopedTimer search(profile, "contact");
+    ahead = between->ahead(bodies, body_speeds(), dt);
+  }
   ScopedTimer timer(profile, "positions");
   if (has_water()) u_half = fluid.u;
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
-  GroupContacts ahead;
-  if (between) {
-    ScopedTimer search(profile, "positions/contact search");
-    ahead = between->ahead(bodies, body_speeds(), dt);
-  }
   std::vector<StageResult> results;
   report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage,
                                     u_half, results, between ? &ahead : nullptr);
   if (!report.position.converged) return false;
   if (between) {
+    profile.add("positions", -coupling.contact_seconds());
+    profile.add("contact", coupling.contact_seconds());
     between->memory.position = ahead.forces;
     report.contact_sweeps += ahead.sweeps;
   }
@@ -358,6 +377,8 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
                                     results, between ? &touching : nullptr);
   if (!report.velocity.converged) return false;
   if (between) {
+    profile.add("velocities", -coupling.contact_seconds());
+    profile.add("contact", coupling.contact_seconds());
     between->memory.velocity = touching.forces;
     report.contact_sweeps += touching.sweeps;
   }
@@ -413,9 +434,10 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
-                       std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles)
+                       std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
+                       std::vector<double> release)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles))) {
+                                   std::move(obstacles), std::move(release))) {
   impl_->prepare();
 }
 Simulation::~Simulation() = default;
@@ -438,6 +460,7 @@ double Simulation::stable_dt() const {
 
 StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
+  s.admit_bodies();
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
   const Array3<double> phi = s.fluid.phi;
@@ -477,6 +500,11 @@ const SimulationOptions& Simulation::options() const { return impl_->options; }
 const FluidState& Simulation::fluid() const { return impl_->fluid; }
 const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
 std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
+std::vector<ReducedBody> Simulation::all_bodies() const {
+  std::vector<ReducedBody> all = impl_->bodies;
+  all.insert(all.end(), impl_->waiting.begin(), impl_->waiting.end());
+  return all;
+}
 const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }

@@ -63,9 +63,9 @@ struct StepReport {
 class Simulation {
  public:
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
-  /// surfaces.
+  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
-             std::vector<TriMesh> obstacles);
+             std::vector<TriMesh> obstacles, std::vector<double> release = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
@@ -79,8 +79,11 @@ class Simulation {
   double time() const;
   const SimulationOptions& options() const;
   const FluidState& fluid() const;
+  /// Those that have appeared.
   const std::vector<ReducedBody>& bodies() const;
   std::vector<ReducedBody>& bodies();
+  /// And those that will, as they will appear.
+  std::vector<ReducedBody> all_bodies() const;
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;

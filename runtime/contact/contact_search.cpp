@@ -178,6 +178,7 @@ Vec3 direction_of(int body) {
 /// other's centre, or their surfaces coincide.
 bool merged(const DeformedBody& p, const DeformedBody& q) {
   constexpr double kClose = 0.5, kAlong = 0.05;  // of the smaller reach
+  constexpr double kMost = 0.8;                  // of the samples
   const double reach = std::min(p.shape().reach.rest, q.shape().reach.rest);
   if ((p.centre() - q.centre()).norm() > reach) return false;
   SolidPoint in_p, in_q;
@@ -185,7 +186,7 @@ bool merged(const DeformedBody& p, const DeformedBody& q) {
   if ((p.centre() - q.centre()).norm() > kClose * reach) return false;
   const auto along = std::count_if(p.samples().begin(), p.samples().end(),
                                    [&](const Vec3& x) { return q.least_gap(x) < kAlong * reach; });
-  return 2 * static_cast<std::size_t>(along) > p.samples().size();
+  return static_cast<double>(along) > kMost * static_cast<double>(p.samples().size());
 }
 
 /// They are taken apart along the line of their centres, or, where these coincide, along a

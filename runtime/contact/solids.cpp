@@ -101,26 +101,31 @@ double DeformedBody::least_gap(const Vec3& x) const {
   return shape_->sdf().value(R_.transpose() * (x - centre_)) - largest_shift_;
 }
 
-bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
-  constexpr int kTurns = 12;
+// Newton's method for X + u(X) = y; where the modes fold space over there is no answer.
+bool DeformedBody::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
+  constexpr int kTurns = 10;
+  constexpr double kLeastVolume = 0.1;  // det(1 + du/dX) of a fold
   const double close = 1e-6 * shape_->sdf().spacing;
-  const Vec3 y = R_.transpose() * (x - centre_);
-  Vec3 rest = y;
-  Mat3 stretch = Mat3::Identity();
-  if (lattice_.size() > 0) {
-    for (int turn = 0; turn < kTurns; ++turn) {
-      const Vec3 next = y - displacement(rest);
-      const double change = (next - rest).norm();
-      rest = next;
-      if (change <= close) break;
-    }
-    stretch += displacement_gradient(rest);
+  rest = y - displacement(y);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    stretch = Mat3::Identity() + displacement_gradient(rest);
+    if (stretch.determinant() < kLeastVolume) return false;
+    const Vec3 step = stretch.inverse() * (y - rest - displacement(rest));
+    rest += step;
+    if (step.norm() <= close) return true;
   }
+  return (y - rest - displacement(rest)).norm() < 0.1 * shape_->sdf().spacing;
+}
+
+bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
+  Vec3 rest = R_.transpose() * (x - centre_);
+  Mat3 stretch = Mat3::Identity();
+  if (lattice_.size() > 0 && !undeform(Vec3(rest), rest, stretch)) return false;
   const double distance = shape_->sdf().value(rest);
   if (distance > kLargestSlope * within) return false;
   // grad_y phi(X(y)) = (1 + du/dX)^-T grad phi
   Vec3 g = smooth_gradient(shape_->sdf(), rest);
-  if (lattice_.size() > 0 && stretch.determinant() > 0.1) g = stretch.transpose().inverse() * g;
+  if (lattice_.size() > 0) g = stretch.transpose().inverse() * g;
   const double slope = std::max(g.norm(), 1e-12);
   at = {distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
   return at.gap <= within;

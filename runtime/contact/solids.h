@@ -54,7 +54,7 @@ class StaticSolid : public TouchedSolid {
 };
 
 /// One body at one configuration: its samples in space, and, as a solid, the inverse of its
-/// deformation by X = y - u(X) on the mode lattice: O(1) a query after O(lattice r) of set-up, and
+/// deformation, X + u(X) = y on the mode lattice: O(1) a query after O(lattice r) of set-up, and
 /// nothing that outlives the search.
 class DeformedBody : public TouchedSolid {
  public:
@@ -76,6 +76,7 @@ class DeformedBody : public TouchedSolid {
   bool locate(const Vec3& x, double within, SolidPoint& at) const override;
 
  private:
+  bool undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const;
   Vec3 displacement(const Vec3& rest) const;
   Mat3 displacement_gradient(const Vec3& rest) const;
 
