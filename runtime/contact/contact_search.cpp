@@ -12,9 +12,6 @@ namespace {
 /// overlap.
 constexpr double kFacing = 0.3;
 
-/// Distance of further contacts from those of the patches, in sample spacings (a twelfth of the
-/// body's radius).
-constexpr double kApart = 2.0;
 constexpr std::size_t kMaxPatches = 6;  // of an ordered pair
 /// Fewer bodies or pairs than this are not worth waking threads for.
 constexpr std::size_t kParallelFrom = 16;
@@ -149,16 +146,12 @@ std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& b
   });
   std::vector<const Candidate*> kept;
   for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
-  // a point that carried load in the last step stays if it is not beside a kept one
-  const double apart = kApart * body.shape().spacing;
-  for (const Candidate& c : all) {
-    if (static_cast<int>(kept.size()) >= kMaxContacts) break;
-    const Vec3& x = body.samples()[c.sample];
-    if (c.carried && std::none_of(kept.begin(), kept.end(), [&](const Candidate* k) {
-          return (body.samples()[k->sample] - x).norm() < apart;
-        }))
+  // A point that carried load in the last step stays: on a soft body those between the outermost take
+  // turns otherwise, and it never settles.
+  for (const Candidate& c : all)
+    if (c.carried && static_cast<int>(kept.size()) < kMaxContacts &&
+        std::find(kept.begin(), kept.end(), &c) == kept.end())
       kept.push_back(&c);
-  }
   std::vector<Candidate> out;
   for (const Candidate* c : kept) out.push_back(*c);
   std::sort(out.begin(), out.end(),

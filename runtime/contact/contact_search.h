@@ -68,6 +68,6 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before);
-inline constexpr int kMaxContacts = 16;  // of an ordered pair with one patch
+inline constexpr int kMaxContacts = 40;  // of an ordered pair
 
 }  // namespace archetide

@@ -12,16 +12,14 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-constexpr double kMayApproach = 0.02;  // cells a step that contacts may give way
+constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
 
-/// Speed by which the worst contact misses its target, m/s.
-double largest_approach(const ContactSystem& system, const VecX& target,
-                        const std::vector<CoupledBody>& bodies) {
-  std::vector<VecX> y;
-  for (const CoupledBody& b : bodies) y.push_back(b.y);
+/// Largest difference of relative speed at the contacts between two motions, m/s.
+double largest_difference(const ContactSystem& system, const std::vector<VecX>& p,
+                          const std::vector<VecX>& q) {
   double largest = 0.0;
   for (std::size_t k = 0; k < system.size(); ++k)
-    largest = std::max(largest, target[static_cast<long>(k)] - system.velocity(k, y)[0]);
+    largest = std::max(largest, (system.velocity(k, p) - system.velocity(k, q)).norm());
   return largest;
 }
 
@@ -59,7 +57,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   // Impulses first, then the water: it always has the last word, so that it agrees with the bodies.
   // Where its pressure carries points together again, more impulse, and once more: every round
   // leaves a / (1 + a) of the error, a the added mass over the mass.
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 4;
   const bool again = !contacts.contacts.empty() && wet();
   const MacField u_star = again ? u : MacField();
   SolveReport total;
@@ -71,17 +69,17 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
     if (!again || round == kRounds) break;
 
     const Clock::time_point meeting = Clock::now();
-    const double approach = largest_approach(system, contacts.target, coupled);
-    const bool apart = approach * dt <= kMayApproach * options_.grid.dx;
-    if (!apart) {
-      for (std::size_t b = 0; b < bodies.size(); ++b)
-        y[b] = free_velocity[b] + coupled[b].inverse_mass * coupled[b].impulse;
-      const std::vector<VecX> with_water = y;
-      contacts.sweeps += system.solve(contacts.target, contacts.solve, lambda, y).sweeps;
-      for (std::size_t b = 0; b < bodies.size(); ++b) y[b] += free_velocity[b] - with_water[b];
+    std::vector<VecX> with_water(bodies.size()), now(bodies.size());
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      with_water[b] = free_velocity[b] + coupled[b].inverse_mass * coupled[b].impulse;
+      y[b] = with_water[b];
+      now[b] = coupled[b].y;
     }
+    contacts.sweeps += system.solve(contacts.target, contacts.solve, lambda, y).sweeps;
+    const bool settled = largest_difference(system, y, now) * dt <= kMayGive * options_.grid.dx;
+    for (std::size_t b = 0; b < bodies.size(); ++b) y[b] += free_velocity[b] - with_water[b];
     contact_seconds_ += seconds_since(meeting);
-    if (apart) break;
+    if (settled) break;
     u = u_star;
   }
   contacts.forces = contact_forces(contacts.contacts, system, lambda, h);
