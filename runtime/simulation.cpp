@@ -10,16 +10,18 @@
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/surface.h"
+#include "runtime/fluid/time_splitting.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
 namespace {
 
 // How far back in the step, in steps, the surface and the bodies are read for their hydrostatic
-// pressure. 1/2 leaves waves of every length undamped, and the chop that breaking feeds never dies;
-// this damps a wave of frequency w by (1/2 - 0.4)/2 (w dt)^2 a step: 5 % for the shortest waves at
-// the largest step, 1e-4 for a sloshing tank.
-constexpr double kReadBack = 0.4;
+// pressure: waves of every length are neutral. The chop that breaking feeds would never die, so
+// the surface's chop is read back less, which damps a wave of frequency w by kChopDamping/2 (w
+// dt)^2 a step: 15 % for waves of two cells at the largest step, nothing for a sloshing tank.
+constexpr double kReadBack = 0.5;
+constexpr double kChopDamping = 0.1;
 
 WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   WallContactOptions w;
@@ -121,6 +123,11 @@ struct Simulation::Impl {
   Array3<unsigned char> solid_cells;
   FaceField<unsigned char> target;
   MacField u_half, u_star;
+  MacField push;     // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
+                     // continued like the velocity
+  MacField carrier;  // transporting velocity, m/s
+  MacField u_last;   // u^{n-1}, m/s (Scheme::kSingle)
+  double last_dt = 0.0;  // s, of the step that u_half stems from; 0: of none
   long step_count = 0;
   double volume_wanted = 0.0,
          volume = 0.0;  // m^3: at the start less what left through open sides; last measured
@@ -162,10 +169,12 @@ struct Simulation::Impl {
   bool may_reach_wall(std::size_t b, double dt) const;
   std::vector<double> body_speeds() const;
   void resolve_body_contact(double dt, StepReport& report);
+  void advect_to_half(double dt);
+  void advect_to_end(double dt);
   // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
   FreeSurface surface_now(double dt) const {
-    if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi, nullptr, 0.0};
-    return {&fluid.phi, &u_half, kReadBack * dt};
+    if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi};
+    return {&fluid.phi, &u_half, kReadBack * dt, kChopDamping * dt, &push, 0.5 * dt};
   }
   void control_volume();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
@@ -195,6 +204,9 @@ void Simulation::Impl::prepare() {
   if (fluid.u[0].size() == 0) fluid.u.resize(g, 0.0);
   u_half.resize(g, 0.0);
   u_star.resize(g, 0.0);
+  push.resize(g, 0.0);
+  carrier.resize(g, 0.0);
+  if (options.scheme == Scheme::kSingle) u_last.resize(g, 0.0);
   valid.resize(g, 1);
   std::vector<StageBody> stage;
   for (const ReducedBody& b : bodies)
@@ -230,6 +242,39 @@ void Simulation::Impl::extrapolate(MacField& u, FaceField<unsigned char>& mask) 
   close_sides(options.grid, options.open_side, u);
 }
 
+// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in `push`.
+void Simulation::Impl::advect_to_half(double dt) {
+  const Grid& g = options.grid;
+  const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
+  continue_in_time(fluid.u, u_half, ahead, valid, carrier);
+  mark_water_faces(g, fluid.phi, target);
+  advect_velocity(g, carrier, fluid.u, 0.5 * dt, valid, target, u_half);
+  push = u_half;
+}
+
+// u_star for the full-step solve: the second half of the way after the reflection (two solves), or
+// all of it (one).
+void Simulation::Impl::advect_to_end(double dt) {
+  const Grid& g = options.grid;
+  mark_water_faces(g, fluid.phi, target);
+  if (options.scheme == Scheme::kSingle) {
+    // The last solve's push stands in for that of a half step.
+    const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
+    continue_in_time(fluid.u, u_last, share, valid, carrier);
+    u_last = fluid.u;
+    add_push(push, -share, valid, u_half);
+    advect_velocity(g, carrier, u_half, dt, valid, target, u_star);
+    add_push(push, share, target, u_star);
+    u_half = fluid.u;
+    return;
+  }
+  continue_in_time(u_half, fluid.u, 0.5, valid, carrier);  // (dt/4) / (dt/2)
+  add_push(push, -1.0, valid, u_half);
+  advect_velocity(g, carrier, u_half, 0.5 * dt, valid, target, u_star);
+  add_push(push, 1.0, valid, u_half);
+  add_push(push, 2.0, target, u_star);
+}
+
 // Stage 1: velocities at the half step move the bodies.
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
@@ -240,13 +285,13 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     ahead = between->ahead(bodies, body_speeds(), dt);
   }
   ScopedTimer timer(profile, "positions");
-  if (has_water()) u_half = fluid.u;
+  if (has_water()) advect_to_half(dt);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
   std::vector<StageResult> results;
-  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi, nullptr, 0.0}, stage,
-                                    u_half, results, between ? &ahead : nullptr);
+  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results,
+                                    between ? &ahead : nullptr);
   if (!report.position.converged) return false;
   if (between) {
     profile.add("positions", -coupling.contact_seconds());
@@ -256,6 +301,9 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   }
   if (has_water()) {
     valid = coupling.valid();
+    subtract_solved(u_half, valid, push);
+    FaceField<unsigned char> mask = valid;
+    extrapolate(push, mask);
     extrapolate(u_half, valid);
   }
   middle.clear();
@@ -365,14 +413,15 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
       control_volume();
     }
     ScopedTimer timer(profile, "advection");
-    mark_water_faces(g, fluid.phi, target);
-    advect_velocity(g, u_half, fluid.u, dt, valid, target, u_star);
+    advect_to_end(dt);
   }
   ScopedTimer timer(profile, "velocities");
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b]});
   std::vector<StageResult> results;
+  const bool single = has_water() && options.scheme == Scheme::kSingle;
+  if (single) push = u_star;
   report.velocity = coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star,
                                     results, between ? &touching : nullptr);
   if (!report.velocity.converged) return false;
@@ -391,6 +440,11 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     std::swap(fluid.u, u_star);
     valid = coupling.valid();
     report.divergence = coupling.last_divergence();
+    if (single) {
+      subtract_solved(fluid.u, valid, push);
+      FaceField<unsigned char> mask = valid;
+      extrapolate(push, mask);
+    }
     extrapolate(fluid.u, valid);
   }
   return true;
@@ -475,6 +529,7 @@ StepReport Simulation::step(double dt) {
     StepReport report;
     report.halvings = halvings;
     if (s.attempt(dt, report)) {
+      s.last_dt = dt;
       s.fluid.time += dt;
       ++s.step_count;
       s.fill_report(dt, report);
@@ -490,6 +545,7 @@ StepReport Simulation::step(double dt) {
     s.fluid.phi = phi;
     s.fluid.particles = particles;
     s.valid = valid;
+    s.last_dt = 0.0;
     s.volume_given_back = volume_given_back;
     if (s.between) s.between->memory = contact_memory;
   }

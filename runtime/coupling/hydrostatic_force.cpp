@@ -97,8 +97,7 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
-      const Vec3 drift =
-          free.carrier ? Vec3(free.shift * interpolate(g, *free.carrier, centroid)) : Vec3::Zero();
+      const double back = hydro.density * carried_pressure(g, free, hydro.gravity, centroid);
       ClipPolygon part;
       for (const bool wet : {true, false}) {
         const Pressure kind_of_h =
@@ -117,7 +116,7 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
           if (kind_of_h == Pressure::kFromReference)
             return rho_g.dot(read_at(bary) - hydro.reference);
           if (kind_of_h == Pressure::kUnderInterface) return rho_g.dot(to_interface);
-          return rho_g.dot(at - to_interface - drift - hydro.reference);
+          return rho_g.dot(at - to_interface - hydro.reference) - back;
         };
         for (int a = 1; a + 1 < part.n; ++a) {
           const Vec3 w[3] = {part.corner[0].bary, part.corner[a].bary, part.corner[a + 1].bary};

@@ -36,7 +36,42 @@ struct PlaneSums {
   std::size_t faces = 0, unknowns = 0;
 };
 
+// Carrier component `axis` at x, filtered by 1/4, 1/2, 1/4 over a cell along the two axes across
+// `up`: nothing is left of waves of two cells.
+double without_chop(const Grid& g, const MacField& carrier, int axis, int up, const Vec3& x) {
+  const int b = (up + 1) % 3, c = (up + 2) % 3;
+  double sum = 0.0;
+  for (int p = -1; p <= 1; ++p)
+    for (int q = -1; q <= 1; ++q) {
+      Vec3 at = x;
+      at[b] += p * g.dx, at[c] += q * g.dx;
+      sum += (p ? 0.25 : 0.5) * (q ? 0.25 : 0.5) * interpolate_component(g, carrier, axis, at);
+    }
+  return sum;
+}
+
 }  // namespace
+
+double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
+                        const Vec3& x) {
+  if (!surface.carrier) return 0.0;
+  int up = 0;
+  gravity.cwiseAbs().maxCoeff(&up);
+  double sum = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (gravity[axis] == 0.0 && !surface.push) continue;
+    const double u = interpolate_component(g, *surface.carrier, axis, x);
+    if (surface.push)
+      sum += interpolate_component(g, *surface.push, axis, x) / surface.push_seconds *
+             surface.shift * u;
+    if (gravity[axis] == 0.0) continue;
+    sum += gravity[axis] * surface.shift * u;
+    if (surface.chop_damping > 0.0)
+      sum -= gravity[axis] * surface.chop_damping *
+             (u - without_chop(g, *surface.carrier, axis, up, x));
+  }
+  return sum;
+}
 
 WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
                    const Vec3i& c) {
@@ -71,8 +106,9 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
     theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
     point = inside.x + theta * (outside.x - inside.x);
   }
-  if (surface.carrier) point -= surface.shift * interpolate(g, *surface.carrier, point);
-  return {std::max(theta, kThetaMin), hydrostatics.surface_value(point)};
+  const double value = hydrostatics.surface_value(point) +
+                       carried_pressure(g, surface, hydrostatics.gravity, point);
+  return {std::max(theta, kThetaMin), value};
 }
 
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,

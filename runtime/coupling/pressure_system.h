@@ -19,12 +19,22 @@ struct Hydrostatics {
 
 /// The free surface as the pressure sees it. The interface may be read earlier in the step: its
 /// points are moved back by shift * carrier (half a step makes the restoring force second order in
-/// time; 0: where it stands).
+/// time and neutral; 0: where it stands). Chop, the part of the carrier that alternates from cell
+/// to cell along the surface, is moved back by `chop_damping` less, which damps it.
 struct FreeSurface {
   const Array3<double>* phi = nullptr;  // cells, m; continued into solids
   const MacField* carrier = nullptr;    // velocity that moved the interface, m/s; may be null
   double shift = 0.0;                   // s
+  double chop_damping = 0.0;            // s
+  const MacField* push = nullptr;       // push_seconds grad p' / rho, m/s; may be null
+  double push_seconds = 0.0;            // s
 };
+
+/// What the interface at x carries in p' / rho because it stood elsewhere earlier in the step, m^2/s^2:
+/// (g + grad p' / rho) . (the way that it is moved back), the total pressure at x at the time when
+/// it was there.
+double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
+                        const Vec3& x);
 
 /// The water part of the coupled system at one configuration, in units that make the matrix
 /// dimensionless: the unknown is phi = dt p' / (rho dx), m/s, and u = u* - difference(phi) / theta

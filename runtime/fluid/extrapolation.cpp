@@ -12,6 +12,7 @@ namespace {
 using Mask = Array3<unsigned char>;
 constexpr unsigned char kClaimed = 255;  // in the frontier, value not known yet
 constexpr int kMaxLayers = 253;
+constexpr int kLinearLayers = 2;  // of velocities: what moves a surface between two faces is second order
 constexpr double kUnchanged = 1e-9;  // in dx: smaller changes of phi are rounding
 
 bool known(const Mask& valid, int n) { return valid[n] != 0 && valid[n] != kClaimed; }
@@ -28,14 +29,15 @@ std::vector<int> first_frontier(Mask& valid) {
   return frontier;
 }
 
-// Layer by layer: f on the frontier from value(n), which reads known points only.
+// Layer by layer: f on the frontier from value(n), which reads known points only. `done` layers were
+// grown before.
 template <class Value>
-void grow(Array3<double>& f, Mask& valid, int layers, const Value& value) {
+void grow(Array3<double>& f, Mask& valid, int layers, const Value& value, int done = 0) {
   layers = std::min(layers, kMaxLayers);
-  if (layers <= 0) return;
+  if (layers <= done) return;
   std::vector<int> frontier = first_frontier(valid);
   std::vector<double> values;
-  for (int layer = 1; layer <= layers && !frontier.empty(); ++layer) {
+  for (int layer = done + 1; layer <= layers && !frontier.empty(); ++layer) {
     const int count = static_cast<int>(frontier.size());
     values.resize(count);
 #pragma omp parallel for if (count > kParallelFrom)
@@ -50,12 +52,40 @@ void grow(Array3<double>& f, Mask& valid, int layers, const Value& value) {
   }
 }
 
-void grow_constant(Array3<double>& f, Mask& valid, int layers) {
+void grow_constant(Array3<double>& f, Mask& valid, int layers, int done = 0) {
+  grow(
+      f, valid, layers,
+      [&](int n) {
+        double sum = 0.0;
+        int count = 0;
+        for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
+          if (known(valid, m)) sum += f[m], ++count;
+        });
+        return sum / count;
+      },
+      done);
+}
+
+double minmod(double a, double b) {
+  return a * b <= 0.0 ? 0.0 : std::abs(a) < std::abs(b) ? a : b;
+}
+
+// Linear: the mean over the known neighbours m of f(m) and the smaller of the two last slopes on
+// the way to it, 0 if they differ in sign (noise) or are not known.
+void grow_linear(Array3<double>& f, Mask& valid, int layers) {
+  const int stride[3] = {1, f.nx(), f.nx() * f.ny()}, size[3] = {f.nx(), f.ny(), f.nz()};
   grow(f, valid, layers, [&](int n) {
+    const Ijk c = unravel(valid, n);
+    const int at[3] = {c.i, c.j, c.k};
     double sum = 0.0;
     int count = 0;
-    for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
-      if (known(valid, m)) sum += f[m], ++count;
+    for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
+      if (!known(valid, m)) return;
+      sum += f[m], ++count;
+      const int end = at[axis] + 3 * side, step = side * stride[axis];
+      if (end < 0 || end >= size[axis] || !known(valid, m + step) || !known(valid, m + 2 * step))
+        return;
+      sum += minmod(f[m] - f[m + step], f[m + step] - f[m + 2 * step]);
     });
     return sum / count;
   });
@@ -108,7 +138,8 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, doubl
 
 void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& valid, int layers) {
   for (int a = 0; a < 3; ++a) {
-    grow_constant(u[a], valid[a], layers);
+    grow_linear(u[a], valid[a], std::min(layers, kLinearLayers));
+    grow_constant(u[a], valid[a], layers, kLinearLayers);
     zero_invalid(u[a], valid[a]);
   }
 }

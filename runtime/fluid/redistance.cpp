@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/tricubic.h"
 
 namespace archetide {
 namespace {
@@ -13,11 +14,17 @@ constexpr double kUnchanged = 1e-9;  // in dx: smaller changes are rounding
 constexpr double kConverged = 1e-3;  // in dx: sweeps end when no cell moves more
 constexpr double kStartSlack = 0.2;  // in dx: error of the first-order distance across the band
 constexpr int kMaxSweeps = 24;
-constexpr double kGoodSlope = 0.1;  // interface cells with | |grad phi| - 1 | below it keep phi
+// Interface cells with | |grad phi| - 1 | below these keep phi, where it is smooth and where not: a
+// surface that is only carried along is not worn down by being measured over and over.
+constexpr double kTrueSlope = 0.02, kGoodSlope = 0.1;
 constexpr double kSmooth =
     0.5;  // slopes that differ by more than this part of the steepest one are a kink
 
+using Mask = Array3<unsigned char>;
+constexpr double kInSolid = 1e300;  // what solid cells hold while distances are built
+
 bool wet(double phi) { return phi < 0.0; }
+bool inside(const Mask& solid, int n) { return solid.size() != 0 && solid[n] != 0; }
 
 // The box of cells as strides, so that the three axes are one loop.
 struct Box {
@@ -27,10 +34,27 @@ struct Box {
       : size{a.nx(), a.ny(), a.nz()}, stride{1, a.nx(), a.nx() * a.ny()} {}
 };
 
-bool at_interface(const Array3<double>& phi, Ijk c, int n) {
+// Whether phi changes sign between open cell n and a neighbour that is open, or that is solid.
+bool crosses(const Array3<double>& phi, const Mask& solid, Ijk c, int n, bool into_solid) {
+  if (inside(solid, n)) return false;
   bool crossed = false;
-  for_each_neighbour(phi, c, n, [&](int, int, int m) { crossed |= wet(phi[m]) != wet(phi[n]); });
+  for_each_neighbour(phi, c, n, [&](int, int, int m) {
+    crossed |= wet(phi[m]) != wet(phi[n]) && inside(solid, m) == into_solid;
+  });
   return crossed;
+}
+
+// The surface goes on into a solid beside which it stands; what phi does there elsewhere, left from
+// when the body was dry, is no surface.
+bool at_interface(const Array3<double>& phi, const Mask& solid, Ijk c, int n) {
+  if (crosses(phi, solid, c, n, false)) return true;
+  if (solid.size() == 0 || !crosses(phi, solid, c, n, true)) return false;
+  for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, phi.nz() - 1); ++k)
+    for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, phi.ny() - 1); ++j)
+      for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, phi.nx() - 1); ++i)
+        if (crosses(phi, solid, {i, j, k}, static_cast<int>(phi.index(i, j, k)), false))
+          return true;
+  return false;
 }
 
 // Slopes of phi to both sides of a cell along one axis (m per cell) and whether the interface lies
@@ -65,8 +89,30 @@ double slope_to_remove(double slope) {
   return 1.0 + blend * (slope - 1.0);
 }
 
-// Distance of a cell next to the interface, m: |phi| / |grad phi|, at most the nearest crossing on
-// an axis.
+// Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton towards
+// the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative when it
+// does not get there. Fourth order, so that doing it often does not wander: dividing phi by its
+// slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
+double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
+  constexpr int kMaxIterations = 8;
+  constexpr double kDone = 1e-5, kFarthest = 1.5;  // dx
+  const Vec3 x(c.i, c.j, c.k);
+  Vec3 y = x, slope;
+  for (int n = 0; n < kMaxIterations; ++n) {
+    const double value = tricubic(phi, y.data(), slope);
+    const double slope2 = slope.squaredNorm();
+    if (slope2 < 0.04 * dx * dx) return -1.0;
+    const Vec3 off = x - y;
+    const Vec3 move = off - (value + off.dot(slope)) / slope2 * slope;
+    y += move;
+    if ((x - y).squaredNorm() > kFarthest * kFarthest) return -1.0;
+    if (move.squaredNorm() < kDone * kDone) return (x - y).norm() * dx;
+  }
+  return -1.0;
+}
+
+// Distance of a cell next to the interface, m: to the foot on it where phi is smooth, elsewhere
+// |phi| / |grad phi|, at most the nearest crossing on an axis.
 double interface_distance(const Array3<double>& phi, const Box& box, double dx, int n) {
   const Ijk c = unravel(phi, n);
   const double* p = phi.data() + n;
@@ -83,6 +129,14 @@ double interface_distance(const Array3<double>& phi, const Box& box, double dx, 
     if (s.crosses_high) steepest_crossing = std::max(steepest_crossing, std::abs(s.high));
   }
   if (value == 0.0) return 0.0;
+  const bool smooth = std::all_of(axes, axes + 3, [&](const Slopes& s) {
+    return std::abs(s.high - s.low) <= kSmooth * steepest;
+  });
+  const double excess = std::abs(std::sqrt(slope2) / dx - 1.0);
+  if (smooth && excess <= kTrueSlope) return value;
+  const double foot = smooth ? distance_to_foot(phi, c, dx) : -1.0;
+  if (foot >= 0.0)
+    return value + std::min((excess - kTrueSlope) / kTrueSlope, 1.0) * (foot - value);
   return value / slope_to_remove(std::max(std::sqrt(slope2), steepest_crossing) / dx);
 }
 
@@ -113,14 +167,17 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
 // The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive.
 UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double band,
                        bool second_order) {
-  const double low = i > 0 ? sign * p[-stride] : band;
-  const double high = i < n - 1 ? sign * p[stride] : band;
+  const auto value = [&](int step) {
+    return std::abs(p[step]) < kInSolid ? sign * p[step] : band;
+  };
+  const double low = i > 0 ? value(-stride) : band;
+  const double high = i < n - 1 ? value(stride) : band;
   const bool downwards = low <= high;
   const double near = downwards ? low : high;
   const int beyond = downwards ? i - 2 : i + 2;
   if (!second_order || near >= band || beyond < 0 || beyond >= n) return {near, 1.0};
   // (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 - psi_2)/3)
-  const double next = sign * p[downwards ? -2 * stride : 2 * stride];
+  const double next = value(downwards ? -2 * stride : 2 * stride);
   return next <= near ? UpwindAxis{near + (near - next) / 3.0, 1.5} : UpwindAxis{near, 1.0};
 }
 
@@ -186,10 +243,10 @@ void relax_band(Array3<double>& phi, const std::vector<std::vector<int>>& layers
 }
 
 // Cells next to the interface, their distance in `out`.
-std::vector<int> fix_interface(const Array3<double>& phi, const Box& box, double dx, double band,
-                               Array3<double>& out) {
+std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, const Box& box,
+                               double dx, double band, Array3<double>& out) {
   std::vector<int> cells = collect_cells(phi, [&](int i, int j, int k, int n) {
-    return at_interface(phi, {i, j, k}, n);
+    return at_interface(phi, solid, {i, j, k}, n);
   });
 #pragma omp parallel for
   for (std::size_t t = 0; t < cells.size(); ++t) {
@@ -201,14 +258,16 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Box& box, double
 
 }  // namespace
 
-void redistance(const Grid& g, Array3<double>& phi, double band) {
+void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& solid) {
   const Box box(phi);
   Array3<double> out(phi.nx(), phi.ny(), phi.nz());
 #pragma omp parallel for
-  for (std::size_t n = 0; n < phi.size(); ++n) out[n] = wet(phi[n]) ? -band : band;
+  for (std::size_t n = 0; n < phi.size(); ++n)
+    out[n] = inside(solid, static_cast<int>(n)) ? kInSolid : wet(phi[n]) ? -band : band;
 
-  std::vector<int> layer = fix_interface(phi, box, g.dx, band, out);
-  Array3<unsigned char> reached(phi.nx(), phi.ny(), phi.nz(), 0);
+  std::vector<int> layer = fix_interface(phi, solid, box, g.dx, band, out);
+  Mask reached(phi.nx(), phi.ny(), phi.nz(), 0);
+  if (solid.size() != 0) reached = solid;
   for (int n : layer) reached[n] = 1;
 
   // Outwards layer by layer as far as the band goes.
@@ -224,7 +283,7 @@ void redistance(const Grid& g, Array3<double>& phi, double band) {
   // Take what changed by more than rounding.
 #pragma omp parallel for
   for (std::size_t n = 0; n < phi.size(); ++n)
-    if (!(std::abs(out[n] - phi[n]) <= kUnchanged * g.dx)) phi[n] = out[n];
+    if (out[n] < kInSolid && !(std::abs(out[n] - phi[n]) <= kUnchanged * g.dx)) phi[n] = out[n];
 }
 
 }  // namespace archetide

@@ -24,12 +24,12 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   const double band = options.band_cells * g.dx;
   const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
   const double moving_band = std::max(options.band_cells, crossed + kMargin) * g.dx;
-  if (moving_band > band) redistance(g, state.phi, moving_band);
+  if (moving_band > band) redistance(g, state.phi, moving_band, solid_cells);
 
   advect_level_set(g, state.u, dt, state.phi, moving_band);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  redistance(g, state.phi, band);
+  redistance(g, state.phi, band, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   adjust_radii(g, state.phi, state.particles);
   extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
@@ -43,7 +43,7 @@ void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& opt
                      const Array3<unsigned char>& solid_cells) {
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
-  redistance(g, state.phi, band);
+  redistance(g, state.phi, band, solid_cells);
   extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
   if (options.particles_per_cell > 0)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, 0, state.particles);

@@ -7,6 +7,7 @@
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -19,14 +20,9 @@ double height_after_release(Scheme scheme, double max_dt, int& solves) {
   o.open_side[kZMax] = true;
   o.scheme = scheme;
   o.max_dt = max_dt;
-  FluidState s;
-  s.phi.resize(16, 16, 16);
-  for (int k = 0; k < 16; ++k)
-    for (int j = 0; j < 16; ++j)
-      for (int i = 0; i < 16; ++i) s.phi(i, j, k) = o.grid.cell_centre(i, j, k)[2] - 0.8;
   ReducedBody sphere = make_body(rigid_surface_archetype(volume_true_sphere(3, 0.2), 700.0), 0);
   sphere.position = Vec3(0.5, 0.5, 0.3);
-  Simulation simulation(o, s, {sphere}, {});
+  Simulation simulation(o, water_to(o.grid, 0.8), {sphere}, {});
   solves = 0;
   while (simulation.time() < 0.4 - 1e-9) {
     simulation.step(std::min(simulation.stable_dt(), 0.4 - simulation.time()));

@@ -7,6 +7,7 @@
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -18,15 +19,6 @@ SimulationOptions tank(int n) {
   o.has_water = true;
   o.open_side[kZMax] = true;
   return o;
-}
-
-FluidState still_water(const Grid& g, double level) {
-  FluidState s;
-  s.phi.resize(g.nx, g.ny, g.nz);
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) s.phi(i, j, k) = g.cell_centre(i, j, k)[2] - level;
-  return s;
 }
 
 ReducedBody at(std::shared_ptr<const Archetype> archetype, const Vec3& position) {
@@ -46,7 +38,7 @@ TEST(WellBalanced, StillTankStaysStillForThousandSteps) {
     SimulationOptions o = tank(16);
     o.particles_per_cell = particles;
     const double level = 0.53137;
-    Simulation simulation(o, still_water(o.grid, level), {}, {});
+    Simulation simulation(o, water_to(o.grid, level), {}, {});
     double fastest = 0.0;
     for (int n = 0; n < 1000; ++n) fastest = std::max(fastest, simulation.step(0.02).max_speed);
     std::printf("particles %2d: largest speed %.2e sqrt(g h)\n", particles,
@@ -64,7 +56,7 @@ TEST(WellBalanced, NeutralSphereAndAlignedCubeHoverAtAnySubCellPosition) {
     double worst = 0.0;
     for (int n = 0; n < 20; ++n) {
       const Vec3 position = Vec3(0.5, 0.5, 0.35) + o.grid.dx * offset(n);
-      Simulation simulation(o, still_water(o.grid, 0.8), {at(archetype, position)}, {});
+      Simulation simulation(o, water_to(o.grid, 0.8), {at(archetype, position)}, {});
       for (int step = 0; step < 3; ++step) simulation.step(0.02);
       const ReducedBody& body = simulation.bodies()[0];
       worst = std::max(
@@ -83,7 +75,7 @@ TEST(WellBalanced, ReferenceLevelDoesNotMatter) {
     o.tolerance = 1e-12;
     o.reference_point = which ? Vec3(3.0, -2.0, 7.3) : Vec3::Zero();
     const auto sphere = rigid_surface_archetype(volume_true_sphere(3, 0.2), 500.0);
-    Simulation simulation(o, still_water(o.grid, 0.5), {at(sphere, Vec3(0.51, 0.48, 0.47))}, {});
+    Simulation simulation(o, water_to(o.grid, 0.5), {at(sphere, Vec3(0.51, 0.48, 0.47))}, {});
     for (int step = 0; step < 5; ++step) simulation.step(0.01);
     velocity[which] = simulation.bodies()[0].P / sphere->integrals.mass;
   }
@@ -98,7 +90,7 @@ TEST(WellBalanced, FloatingSphereWithItsDraftStaysAtRest) {
   SimulationOptions o = tank(24);
   const double a = 0.2;
   const auto sphere = rigid_surface_archetype(volume_true_sphere(4, a), 500.0);
-  Simulation simulation(o, still_water(o.grid, 0.5), {at(sphere, Vec3(0.5, 0.5, 0.5))},
+  Simulation simulation(o, water_to(o.grid, 0.5), {at(sphere, Vec3(0.5, 0.5, 0.5))},
                         {});  // draft a
   for (int step = 0; step < 50; ++step) simulation.step(0.02);
   const ReducedBody& body = simulation.bodies()[0];

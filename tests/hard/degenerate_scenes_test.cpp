@@ -7,6 +7,7 @@
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -18,16 +19,6 @@ SimulationOptions closed_tank(bool water) {
   o.grid = {kCells, kCells, kCells, 1.0 / kCells, Vec3::Zero()};
   o.has_water = water;
   return o;
-}
-
-FluidState water_to(const Grid& g, double level) {
-  FluidState s;
-  s.phi.resize(g.nx, g.ny, g.nz);
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        s.phi(i, j, k) = std::isinf(level) ? -1e3 : g.cell_centre(i, j, k)[2] - level;
-  return s;
 }
 
 ReducedBody soft_body(const Vec3& position) {

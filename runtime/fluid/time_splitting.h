@@ -1,0 +1,29 @@
+#pragma once
+
+#include "runtime/grid/grid.h"
+
+namespace archetide {
+
+/// The pieces of a second-order time splitting at two pressure solves a step, after the
+/// advection-reflection of [ZNT18] (Zehnder, Narain, Thomaszewski, SIGGRAPH 2018). With A_h(v; w)
+/// the advection of v by w over h, and g = (dt/2) grad p / rho of the half-step solve:
+///     u^{n+1/2} = A_{dt/2}(u^n; w^{n+1/4}) - g
+///     u*        = A_{dt/2}(u^{n+1/2} - g; w^{n+3/4}) + 2 g
+/// What the last line gives back the full-step solve takes again: the difference to the plain
+/// splitting is the commutator of advection and pressure alone, so that still water stays still and
+/// the full-step solve keeps the whole pressure impulse, on bodies too.
+
+/// out = now + steps (now - before) on faces with valid == 1, and `now` elsewhere: the velocity
+/// `steps` intervals later.
+void continue_in_time(const MacField& now, const MacField& before, double steps,
+                      const FaceField<unsigned char>& valid, MacField& out);
+
+/// push = push - u on faces with valid == 1, 0 elsewhere: what a solve took from the velocity that
+/// `push` held.
+void subtract_solved(const MacField& u, const FaceField<unsigned char>& valid, MacField& push);
+
+/// u += factor * push on faces with target != 0.
+void add_push(const MacField& push, double factor, const FaceField<unsigned char>& target,
+              MacField& u);
+
+}  // namespace archetide

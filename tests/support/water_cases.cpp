@@ -1,0 +1,192 @@
+#include "tests/support/water_cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/support/water_scene.h"
+
+namespace archetide {
+namespace {
+
+SimulationOptions weightless_box(const Grid& g) {
+  SimulationOptions o;
+  o.grid = g;
+  o.has_water = true;
+  o.gravity = Vec3::Zero();
+  o.max_dt = 1e9;
+  return o;
+}
+
+// Runs to `end` in equal steps within the CFL number (`fastest` is the largest speed to come).
+int run_evenly(Simulation& simulation, double end, double step) {
+  const double left = end - simulation.time();
+  const int steps = static_cast<int>(std::ceil(left / step - 1e-9));
+  for (int n = 0; n < steps; ++n) simulation.step(left / steps);
+  return steps;
+}
+
+double kinetic_energy(const MacField& u) {
+  double sum = 0.0;
+  for (int a = 0; a < 2; ++a)
+    for (std::size_t n = 0; n < u[a].size(); ++n) sum += u[a][n] * u[a][n];
+  return sum;
+}
+
+// Distance from `from` along +axis to the zero of phi, linear between cell centres, m.
+double extent(const Grid& g, const Array3<double>& phi, const Vec3& from, int axis) {
+  double last = interpolate(g, phi, from);
+  for (double s = 0.25 * g.dx;; s += 0.25 * g.dx) {
+    const double here = interpolate(g, phi, from + s * Vec3::Unit(axis));
+    if (here >= 0.0 || s > 1e3 * g.dx * g.nx)
+      return s - 0.25 * g.dx * here / (here - last);
+    last = here;
+  }
+}
+
+}  // namespace
+
+VortexResult taylor_green(int n, double cfl, Scheme scheme) {
+  SimulationOptions o = weightless_box({n, n, 1, 2.0 * M_PI / n, Vec3::Zero()});
+  o.scheme = scheme;
+  o.cfl = 2.0 * cfl;
+  FluidState start = water_to(o.grid, INFINITY);
+  const auto exact = [](const Vec3& x) {
+    return Vec3(std::sin(x[0]) * std::cos(x[1]), -std::cos(x[0]) * std::sin(x[1]), 0.0);
+  };
+  set_velocity(o.grid, exact, start);
+  const MacField u0 = start.u;
+  Simulation simulation(o, std::move(start), {}, {});
+  VortexResult result;
+  result.steps = run_evenly(simulation, 2.0 * M_PI, cfl * o.grid.dx);
+  const MacField& u = simulation.fluid().u;
+  result.energy_change = kinetic_energy(u) / kinetic_energy(u0) - 1.0;
+  MacField difference = u;
+  for (int a = 0; a < 2; ++a)
+    for (std::size_t m = 0; m < u[a].size(); ++m) difference[a][m] -= u0[a][m];
+  result.velocity_error = std::sqrt(kinetic_energy(difference) / (n * n));
+  return result;
+}
+
+VecX unsteady_vortices(int n, double cfl) {
+  SimulationOptions o = weightless_box({n, n, 1, M_PI / n, Vec3::Zero()});
+  o.cfl = 4.0 * cfl;
+  FluidState start = water_to(o.grid, INFINITY);
+  set_velocity(
+      o.grid,
+      [](const Vec3& x) {
+        const double sx = std::sin(x[0]), s2x = std::sin(2 * x[0]);
+        return Vec3((sx + s2x) * std::cos(x[1]),
+                    -(std::cos(x[0]) + 2 * std::cos(2 * x[0])) * std::sin(x[1]), 0.0);
+      },
+      start);
+  Simulation simulation(o, std::move(start), {}, {});
+  run_evenly(simulation, 1.0, cfl * o.grid.dx / 3.0);
+  VecX probes(18);
+  for (int p = 0; p < 9; ++p) {
+    const Vec3 x(M_PI / 4 * (1 + p % 3), M_PI / 4 * (1 + p / 3), 0.5 * o.grid.dx);
+    for (int a = 0; a < 2; ++a)
+      probes[2 * p + a] = interpolate_component(o.grid, simulation.fluid().u, a, x);
+  }
+  return probes;
+}
+
+SloshResult sloshing(int n, double max_dt, int particles) {
+  SimulationOptions o;
+  o.grid = {n, 1, 3 * n / 4, 1.0 / n, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.max_dt = max_dt;
+  o.particles_per_cell = particles;
+  const double depth = 0.5, amplitude = 0.01, period = 1.181815523;
+  FluidState start = water_where(o.grid, [&](const Vec3& x) {
+    return x[2] - depth - amplitude * std::cos(M_PI * x[0]);
+  });
+  Simulation simulation(o, std::move(start), {}, {});
+  const auto mode = [&] {
+    double sum = 0.0;
+    for (int i = 0; i < n; ++i) {
+      const Vec3 foot = o.grid.cell_centre(i, 0, 0);
+      const double height = foot[2] + extent(o.grid, simulation.fluid().phi, foot, 2);
+      sum += 2.0 / n * (height - depth) * std::cos(M_PI * foot[0]);
+    }
+    return sum;
+  };
+  std::vector<double> t{0.0}, a{mode()};
+  SloshResult result;
+  while (simulation.time() < 3.3 * period) {
+    simulation.step(std::min(simulation.stable_dt(), max_dt));
+    t.push_back(simulation.time()), a.push_back(mode());
+    ++result.steps;
+  }
+  // Downward zero crossings and the extreme between each pair: parabola through three points.
+  std::vector<double> crossing, peak{a[0]};
+  for (std::size_t s = 1; s < t.size(); ++s)
+    if (a[s - 1] > 0 && a[s] <= 0)
+      crossing.push_back(t[s - 1] + (t[s] - t[s - 1]) * a[s - 1] / (a[s - 1] - a[s]));
+  for (std::size_t s = 1; s + 1 < t.size(); ++s)
+    if (a[s] > 0 && a[s] >= a[s - 1] && a[s] > a[s + 1]) {
+      const double curvature = a[s - 1] - 2 * a[s] + a[s + 1], slope = 0.5 * (a[s + 1] - a[s - 1]);
+      peak.push_back(a[s] - 0.5 * slope * slope / curvature);
+    }
+  result.period = (crossing.back() - crossing.front()) / (crossing.size() - 1.0);
+  result.decay = 1.0 - std::pow(peak.back() / peak.front(), 1.0 / (peak.size() - 1.0));
+  return result;
+}
+
+DropResult elliptic_drop(int n, double cfl, int particles) {
+  const double dx = 1.0 / n;
+  SimulationOptions o = weightless_box({9 * n, 3 * n, 1, dx, Vec3(-4.5, -1.5, 0.0)});
+  o.open_side = {true, true, true, true, false, false};
+  o.particles_per_cell = particles;
+  o.volume_control = false;
+  o.cfl = cfl;
+  FluidState start = water_where(o.grid, [](const Vec3& x) { return std::hypot(x[0], x[1]) - 1.0; });
+  set_velocity(o.grid, [](const Vec3& x) { return Vec3(x[0], -x[1], 0.0); }, start);
+  Simulation simulation(o, std::move(start), {}, {});
+  DropResult result;
+  const Vec3 centre(0, 0, 0.5 * dx);
+  double volume = 0.0;
+  for (int stop = 0; stop < 2; ++stop) {
+    while (simulation.time() < 1.0 + stop - 1e-9) {
+      const StepReport r =
+          simulation.step(std::min(simulation.stable_dt(), 1.0 + stop - simulation.time()));
+      if (result.steps++ == 0) volume = r.water_volume;
+      result.volume_change = r.water_volume / volume - 1.0;
+    }
+    result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 0);
+    result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 1);
+  }
+  return result;
+}
+
+DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
+  const double dx = 1.0 / n;
+  const int half_z = sign > 0 ? 5 * n / 2 : 3 * n / 2, half_x = sign > 0 ? 3 * n / 2 : 2 * n;
+  const Vec3 corner(-dx * half_x, -dx * half_x, -dx * half_z);
+  SimulationOptions o = weightless_box({2 * half_x, 2 * half_x, 2 * half_z, dx, corner});
+  o.open_side.fill(true);
+  o.particles_per_cell = particles;
+  o.volume_control = false;
+  o.cfl = cfl;
+  FluidState start = water_where(o.grid, [](const Vec3& x) { return x.norm() - 1.0; });
+  set_velocity(
+      o.grid, [&](const Vec3& x) { return Vec3(-0.5 * sign * x[0], -0.5 * sign * x[1], sign * x[2]); }, start);
+  Simulation simulation(o, std::move(start), {}, {});
+  DropResult result;
+  double volume = 0.0;
+  for (int stop = 0; stop < 2; ++stop) {
+    const double end = 0.5 * (stop + 1);
+    while (simulation.time() < end - 1e-9) {
+      const StepReport r =
+          simulation.step(std::min(simulation.stable_dt(), end - simulation.time()));
+      if (result.steps++ == 0) volume = r.water_volume;
+      result.volume_change = r.water_volume / volume - 1.0;
+    }
+    result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 2);
+    result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 0);
+  }
+  return result;
+}
+
+}  // namespace archetide

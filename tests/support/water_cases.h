@@ -1,0 +1,42 @@
+#pragma once
+
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Flows of water alone with a known answer. Each runs the whole simulation.
+
+struct VortexResult {
+  double energy_change = 0.0;   // of the kinetic energy, relative
+  double velocity_error = 0.0;  // L2, relative to the largest speed
+  int steps = 0;
+};
+/// Taylor-Green cells u = sin x cos y, v = -cos x sin y in a closed box of 2 pi with n^2 cells: a
+/// steady flow of largest speed 1, followed for one turnover (2 pi) at this CFL number.
+VortexResult taylor_green(int n, double cfl, Scheme scheme);
+
+/// Unsteady vortices of stream function sin x sin y + sin 2x sin y in a closed box of pi, n^2 cells,
+/// until time 1: vertical velocity at (pi/4, pi/2)-like probes, 9 values, for self-convergence.
+VecX unsteady_vortices(int n, double cfl);
+
+struct SloshResult {
+  double period = 0.0;  // s
+  double decay = 0.0;   // of the amplitude in a period, relative
+  int steps = 0;
+};
+/// First mode of a tank of length L = 1 m, depth 0.5 m, n cells long, amplitude 0.01 m, over
+/// three periods.
+SloshResult sloshing(int n, double max_dt, int particles);
+
+struct DropResult {
+  double long_axis[2], short_axis[2];  // m, at A0 t = 1 and 2 (spheroid: 0.5 and 1)
+  double volume_change = 0.0;          // relative
+  int steps = 0;
+};
+/// Circular drop of radius 1 with n cells per radius, u = (x, -y), no gravity.
+DropResult elliptic_drop(int n, double cfl, int particles);
+/// Sphere of radius 1 with n cells per radius, u = sign (-x/2, -y/2, z), no gravity; the axes are
+/// those along z and across.
+DropResult spheroid_drop(int n, double cfl, int particles, double sign);
+
+}  // namespace archetide

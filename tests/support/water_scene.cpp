@@ -1,0 +1,30 @@
+#include "tests/support/water_scene.h"
+
+#include <cmath>
+
+namespace archetide {
+
+FluidState water_where(const Grid& g, const std::function<double(const Vec3&)>& phi) {
+  FluidState s;
+  s.phi.resize(g.nx, g.ny, g.nz);
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) s.phi(i, j, k) = phi(g.cell_centre(i, j, k));
+  return s;
+}
+
+FluidState water_to(const Grid& g, double level) {
+  return water_where(g,
+                     [&](const Vec3& x) { return std::isinf(level) ? -1e3 : x[2] - level; });
+}
+
+void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, FluidState& state) {
+  state.u.resize(g);
+  for (int a = 0; a < 3; ++a)
+    for (int k = 0; k < state.u[a].nz(); ++k)
+      for (int j = 0; j < state.u[a].ny(); ++j)
+        for (int i = 0; i < state.u[a].nx(); ++i)
+          state.u[a](i, j, k) = v(g.face_centre(a, i, j, k))[a];
+}
+
+}  // namespace archetide

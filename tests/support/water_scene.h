@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Water whose signed distance is phi(x) at the cell centres, at rest.
+FluidState water_where(const Grid& g, const std::function<double(const Vec3&)>& phi);
+
+/// Water below the height `level`, m (infinite: a full tank), at rest.
+FluidState water_to(const Grid& g, double level);
+
+/// Sets the faces of `state` to the velocity field v, m/s.
+void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, FluidState& state);
+
+}  // namespace archetide
