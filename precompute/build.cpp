@@ -8,10 +8,10 @@
 
 #include "common/atomic_file.h"
 #include "common/input_error.h"
+#include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "precompute/frequency_error.h"
 #include "precompute/restore_volume.h"
-#include "precompute/sdf.h"
 #include "precompute/surface_io.h"
 #include "precompute/tet_element.h"
 #include "precompute/tet_io.h"

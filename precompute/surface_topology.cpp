@@ -145,17 +145,4 @@ std::vector<int> shells(const TriMesh& mesh, const std::vector<SurfaceEdge>& edg
   return shell;
 }
 
-double winding_number(const TriMesh& mesh, const Vec3& x) {
-  double solid_angle = 0.0;
-  for (const Vec3i& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - x, b = mesh.vertices[t[1]] - x,
-               c = mesh.vertices[t[2]] - x;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    // tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
-    solid_angle += 2 * std::atan2(a.dot(b.cross(c)),
-                                  la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return solid_angle / (4 * std::numbers::pi);
-}
-
 }  // namespace archetide

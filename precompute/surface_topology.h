@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "common/mesh_sdf.h"  // winding_number
 #include "common/tri_mesh.h"
 
 namespace archetide {
@@ -27,9 +28,5 @@ int orient_consistently(TriMesh& mesh, const std::vector<SurfaceEdge>& edges);
 
 /// The shell of each triangle (connected across edges), numbered from 0 by their first triangles.
 std::vector<int> shells(const TriMesh& mesh, const std::vector<SurfaceEdge>& edges, int& count);
-
-/// How often the closed surface winds around x: 1 inside, 0 outside (solid angles, [Van Oosterom,
-/// Strackee 1983]).
-double winding_number(const TriMesh& mesh, const Vec3& x);
 
 }  // namespace archetide

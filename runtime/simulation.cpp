@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/input_error.h"
+#include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
@@ -36,6 +37,26 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   w.dt = dt;
   w.modal = o.modal;
   return w;
+}
+
+// Contact between bodies, if the scene has any that may touch.
+std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
+                                            const std::vector<ReducedBody>& bodies,
+                                            const std::vector<TriMesh>& obstacles) {
+  const bool alone = bodies.size() + obstacles.size() < 2;
+  if (!o.body_contact || bodies.empty() || alone) return nullptr;
+  const bool has_tank = o.grid.cells() > 0;
+  Sides closed{};
+  if (has_tank && o.wall_contact)
+    for (int s = 0; s < 6; ++s) closed[s] = !o.open_side[s];
+  double dx = o.grid.dx;
+  if (!has_tank) {
+    dx = INFINITY;  // no grid: an eighth of the smallest body
+    for (const ReducedBody& b : bodies) dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
+  }
+  BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal};
+  return std::make_unique<BodyContacts>(
+      c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
 }
 
 CouplingOptions coupling_options(const SimulationOptions& o) {
@@ -88,11 +109,15 @@ struct Simulation::Impl {
   SimulationOptions options;
   FluidState fluid;
   std::vector<ReducedBody> bodies;
+  std::vector<ReducedBody> waiting;  // to appear, in order
+  std::vector<double> release;       // s, of those that wait
   std::vector<TriMesh> obstacles;
   Coupling coupling;
 
-  std::vector<StageContacts> held;  // per body, points at walls for the velocity stage
-  std::vector<BodyReach> reach;     // per body, bounds its extent
+  std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
+  std::vector<BodyReach> reach;           // per body, bounds its extent
+  std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
+  GroupContacts touching;                 // of the velocity stage
   std::vector<Vec3> water_impulse, water_angular_impulse;
   FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
   Array3<unsigned char> solid_cells;
@@ -110,16 +135,16 @@ struct Simulation::Impl {
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
-       std::vector<TriMesh> obs)
+       std::vector<TriMesh> obs, std::vector<double> appear)
       : options(std::move(o)),
         fluid(std::move(initial)),
-        bodies(std::move(b)),
+        waiting(std::move(b)),
+        release(std::move(appear)),
         obstacles(std::move(obs)),
-        coupling(coupling_options(options), obstacles),
-        held(bodies.size()),
-        water_impulse(bodies.size(), Vec3::Zero()),
-        water_angular_impulse(bodies.size(), Vec3::Zero()) {
-    for (const ReducedBody& body : bodies) reach.push_back(body_reach(*body.archetype));
+        coupling(coupling_options(options), obstacles) {
+    release.resize(waiting.size(), 0.0);
+    between = body_contacts(options, waiting, obstacles);
+    admit_bodies();
   }
 
   bool has_water() const { return options.has_water && options.grid.cells() > 0; }
@@ -132,6 +157,7 @@ struct Simulation::Impl {
   int extrapolation_layers() const { return static_cast<int>(std::ceil(options.cfl)) + 4; }
 
   void prepare();
+  void admit_bodies();
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -141,6 +167,8 @@ struct Simulation::Impl {
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   bool may_reach_wall(std::size_t b, double dt) const;
+  std::vector<double> body_speeds() const;
+  void resolve_body_contact(double dt, StepReport& report);
   void advect_to_half(double dt);
   void advect_to_end(double dt);
   // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
@@ -152,6 +180,22 @@ struct Simulation::Impl {
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
 };
+
+// Bodies whose time has come join the others.
+void Simulation::Impl::admit_bodies() {
+  constexpr double kSameTime = 1e-9;  // s
+  std::size_t n = 0;
+  while (n < waiting.size() && release[n] <= fluid.time + kSameTime) ++n;
+  if (n == 0) return;
+  bodies.insert(bodies.end(), waiting.begin(), waiting.begin() + static_cast<long>(n));
+  waiting.erase(waiting.begin(), waiting.begin() + static_cast<long>(n));
+  release.erase(release.begin(), release.begin() + static_cast<long>(n));
+  for (std::size_t b = reach.size(); b < bodies.size(); ++b)
+    reach.push_back(body_reach(*bodies[b].archetype));
+  held.resize(bodies.size());
+  water_impulse.resize(bodies.size(), Vec3::Zero());
+  water_angular_impulse.resize(bodies.size(), Vec3::Zero());
+}
 
 // First look at the scene: fractions, a clean level set, particles.
 void Simulation::Impl::prepare() {
@@ -235,15 +279,26 @@ void Simulation::Impl::advect_to_end(double dt) {
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
                                          StepReport& report) {
+  GroupContacts ahead;
+  if (between) {
+    ScopedTimer search(profile, "contact");
+    ahead = between->ahead(bodies, body_speeds(), dt);
+  }
   ScopedTimer timer(profile, "positions");
   if (has_water()) advect_to_half(dt);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
   std::vector<StageResult> results;
-  report.position =
-      coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results);
+  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results,
+                                    between ? &ahead : nullptr);
   if (!report.position.converged) return false;
+  if (between) {
+    profile.add("positions", -coupling.contact_seconds());
+    profile.add("contact", coupling.contact_seconds());
+    between->memory.position = ahead.forces;
+    report.contact_sweeps += ahead.sweeps;
+  }
   if (has_water()) {
     valid = coupling.valid();
     subtract_solved(u_half, valid, push);
@@ -302,8 +357,29 @@ void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBod
   }
 }
 
+std::vector<double> Simulation::Impl::body_speeds() const {
+  std::vector<double> speeds;
+  for (const ReducedBody& b : bodies) speeds.push_back(largest_surface_speed(b));
+  return speeds;
+}
+
+// Between the stages: bodies against each other, obstacles and walls.
+void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
+  BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
+  touching = std::move(met.velocity_stage);
+  const Penetration& p = met.penetration;
+  report.contacts = p.touching;
+  report.max_penetration = p.largest;
+  report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
+}
+
 // Between the stages: bodies against the walls on x^{n+1} and v^n.
 void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
+  if (between) {
+    ScopedTimer timer(profile, "contact");
+    resolve_body_contact(dt, report);
+    return;
+  }
   if (!has_tank() || !options.wall_contact) return;
   ScopedTimer timer(profile, "contact");
   const WallContactOptions walls = wall_options(options, dt);
@@ -317,7 +393,7 @@ void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
 
 // Whether the body may come to a wall within the step.
 bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
-  if (!has_tank() || !options.wall_contact) return false;
+  if (between || !has_tank() || !options.wall_contact) return false;
   const double speed = largest_surface_speed(bodies[b]) + options.gravity.norm() * dt;
   return !away_from_walls(bodies[b], reach[b], wall_options(options, dt), 2.0 * speed * dt);
 }
@@ -346,9 +422,15 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   std::vector<StageResult> results;
   const bool single = has_water() && options.scheme == Scheme::kSingle;
   if (single) push = u_star;
-  report.velocity =
-      coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star, results);
+  report.velocity = coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star,
+                                    results, between ? &touching : nullptr);
   if (!report.velocity.converged) return false;
+  if (between) {
+    profile.add("velocities", -coupling.contact_seconds());
+    profile.add("contact", coupling.contact_seconds());
+    between->memory.velocity = touching.forces;
+    report.contact_sweeps += touching.sweeps;
+  }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
     water_impulse[b] += results[b].water_impulse.head<3>();
@@ -406,9 +488,10 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
-                       std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles)
+                       std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
+                       std::vector<double> release)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles))) {
+                                   std::move(obstacles), std::move(release))) {
   impl_->prepare();
 }
 Simulation::~Simulation() = default;
@@ -431,12 +514,15 @@ double Simulation::stable_dt() const {
 
 StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
+  s.admit_bodies();
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
   const Array3<double> phi = s.fluid.phi;
   const Particles particles = s.fluid.particles;
   const FaceField<unsigned char> valid = s.valid;
   const double volume_given_back = s.volume_given_back;
+  const BodyContacts::Memory contact_memory =
+      s.between ? s.between->memory : BodyContacts::Memory();
 
   constexpr int kMaxHalvings = 8;
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
@@ -461,6 +547,7 @@ StepReport Simulation::step(double dt) {
     s.valid = valid;
     s.last_dt = 0.0;
     s.volume_given_back = volume_given_back;
+    if (s.between) s.between->memory = contact_memory;
   }
 }
 
@@ -469,6 +556,11 @@ const SimulationOptions& Simulation::options() const { return impl_->options; }
 const FluidState& Simulation::fluid() const { return impl_->fluid; }
 const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
 std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
+std::vector<ReducedBody> Simulation::all_bodies() const {
+  std::vector<ReducedBody> all = impl_->bodies;
+  all.insert(all.end(), impl_->waiting.begin(), impl_->waiting.end());
+  return all;
+}
 const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }

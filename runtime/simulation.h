@@ -37,6 +37,7 @@ struct SimulationOptions {
   OnFail on_fail = OnFail::kHalveStep;
 
   bool wall_contact = true;  // surface points against the tank's closed sides
+  bool body_contact = false;  // bodies against each other and against obstacles
   double restitution = 0.0, friction = 0.0;
 };
 
@@ -53,16 +54,18 @@ struct StepReport {
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
   double max_speed = 0.0;        // m/s, water and bodies
-  int contacts = 0;              // wall contact points
+  int contacts = 0;              // points that touch walls, obstacles or other bodies
+  int contact_sweeps = 0;        // of the contact solver, both stages
+  double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
 };
 
 class Simulation {
  public:
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
-  /// surfaces.
+  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
-             std::vector<TriMesh> obstacles);
+             std::vector<TriMesh> obstacles, std::vector<double> release = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
@@ -76,8 +79,11 @@ class Simulation {
   double time() const;
   const SimulationOptions& options() const;
   const FluidState& fluid() const;
+  /// Those that have appeared.
   const std::vector<ReducedBody>& bodies() const;
   std::vector<ReducedBody>& bodies();
+  /// And those that will, as they will appear.
+  std::vector<ReducedBody> all_bodies() const;
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;

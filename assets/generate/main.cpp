@@ -16,8 +16,8 @@ namespace archetide {
 namespace {
 
 constexpr const char* kUsage =
-    "archetide-assets DIR           write sphere.obj, torus.obj, starfish.obj, jellyfish.obj to "
-    "DIR\n"
+    "archetide-assets DIR           write sphere.obj, torus.obj, starfish.obj, jellyfish.obj, "
+    "round_rock.obj and flat_rock.obj to DIR\n"
     "archetide-assets --check DIR   compare the files of DIR with what would be written, byte by "
     "byte\n";
 

@@ -100,6 +100,18 @@ double jellyfish(const Vec3& x) {
   return solid;
 }
 
+/// A lumpy ellipsoid; `kind` turns its bumps.
+double rock(const Vec3& x, double kind, const Vec3& axes) {
+  const Vec3 p = x / 0.2;  // m
+  const double bumps =
+      0.10 * std::sin(3.1 * p.x() + 1.3 * kind) * std::sin(2.7 * p.y() + 0.7 * kind) +
+      0.07 * std::sin(4.3 * p.x() + 2.1 * kind) * std::cos(3.9 * p.z() + kind) +
+      0.05 * std::cos(5.1 * p.y() + 0.4 * kind) * std::sin(4.7 * p.z() + 1.9 * kind);
+  return 0.2 * axes.minCoeff() * (p.cwiseQuotient(axes).norm() - 1.0 + bumps);
+}
+double round_rock(const Vec3& x) { return rock(x, 1.0, Vec3(1.0, 0.85, 0.7)); }
+double flat_rock(const Vec3& x) { return rock(x, 4.0, Vec3(1.1, 0.8, 0.5)); }
+
 }  // namespace
 
 const std::vector<Shape>& all_shapes() {
@@ -112,6 +124,10 @@ const std::vector<Shape>& all_shapes() {
        Vec3(0.20, 0.20, 0.06), 0.004},
       {"jellyfish", "jellyfish, bell of 0.3 m with four arms", jellyfish, Vec3(-0.17, -0.17, -0.26),
        Vec3(0.17, 0.17, 0.15), 0.0058},
+      {"round_rock", "rock of about 0.4 m x 0.34 m x 0.28 m", round_rock, Vec3(-0.28, -0.26, -0.24),
+       Vec3(0.28, 0.26, 0.24), 0.018},
+      {"flat_rock", "rock of about 0.44 m x 0.32 m x 0.2 m", flat_rock, Vec3(-0.3, -0.26, -0.2),
+       Vec3(0.3, 0.26, 0.2), 0.018},
   };
   return shapes;
 }

@@ -17,7 +17,7 @@ struct Shape {
   double cell;                     // edge length of the surface triangles, about, m
 };
 
-/// sphere, torus, starfish and jellyfish, centred on the z axis, z up.
+/// sphere, torus, starfish and jellyfish, centred on the z axis, z up; two rocks.
 const std::vector<Shape>& all_shapes();
 
 /// Gradient of the shape's value by central differences.

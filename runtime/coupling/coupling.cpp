@@ -178,7 +178,7 @@ void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, Mac
 
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
-                             std::vector<StageResult>& results) {
+                             std::vector<StageResult>& results, GroupContacts* together) {
   const Grid& g = options_.grid;
   if (wet()) {
     update_geometry(bodies);
@@ -195,7 +195,9 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     free_velocity[b] = results[b].motion.y_star;
   }
 
-  const SolveReport report = solve_held(stage, dt, bodies, u, coupled, results);
+  const SolveReport report = together
+                                 ? solve_together(stage, dt, bodies, *together, u, coupled, results)
+                                 : solve_held(stage, dt, bodies, u, coupled, results);
   if (wet()) set_constraint_faces(coupled, u);
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and

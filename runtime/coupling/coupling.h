@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/tri_mesh.h"
+#include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
 #include "runtime/coupling/voxel_faces.h"
@@ -52,10 +53,11 @@ class Coupling {
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles);
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
-  /// in, u out.
+  /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
+  /// walls.
   SolveReport couple(Stage stage, double dt, const FreeSurface& surface,
                      const std::vector<StageBody>& bodies, MacField& u,
-                     std::vector<StageResult>& results);
+                     std::vector<StageResult>& results, GroupContacts* together = nullptr);
 
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
@@ -72,6 +74,8 @@ class Coupling {
     return pressure_[stage == Stage::kVelocityFull];
   }
   double last_divergence() const { return divergence_; }  // 1/s
+  /// Wall seconds that contacts between bodies took in the last couple().
+  double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
 
  private:
@@ -81,6 +85,10 @@ class Coupling {
                   CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
+  SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
+                             GroupContacts& contacts, MacField& u,
+                             std::vector<CoupledBody>& coupled,
+                             const std::vector<StageResult>& results);
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;
@@ -95,6 +103,7 @@ class Coupling {
   CoupledSolver solver_;
   Array3<double> pressure_[2];  // first guess of each stage
   double divergence_ = 0.0;
+  double contact_seconds_ = 0.0;
 };
 
 }  // namespace archetide

@@ -68,7 +68,7 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
   m.has_water = simulation.options().has_water;
   m.fps = setup.fps, m.end_time = setup.end_time;
   m.started = utc_now();
-  const auto& bodies = simulation.bodies();
+  const auto bodies = simulation.all_bodies();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Archetype& a = *bodies[b].archetype;
     const bool known = std::any_of(m.archetypes.begin(), m.archetypes.end(), [&](const auto& e) {
@@ -87,7 +87,7 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation) {
   const SimulationOptions& o = simulation.options();
-  const MemoryEstimate memory = estimate_memory(o, simulation.bodies());
+  const MemoryEstimate memory = estimate_memory(o, simulation.all_bodies());
   return {"archetide " + manifest.version + " (" + manifest.build + ", " +
               std::to_string(setup.threads) + " threads)",
           "scene      " + setup.scene_name + ", " + number_text(setup.end_time) + " s at " +

@@ -53,6 +53,9 @@ void StatsTable::write_header(const Profile& profile) {
                                     "joint_drift",
                                     "max_deformation",
                                     "volume_given_back",
+                                    "contact_sweeps",
+                                    "max_penetration",
+                                    "mean_penetration",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -74,6 +77,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(0.0);  // joint drift: there are no joints
   csv_.cell(s.max_deformation);
   csv_.cell(s.volume_given_back);
+  csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

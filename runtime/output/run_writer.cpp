@@ -83,7 +83,7 @@ struct RunWriter::Impl {
         folder(make_folders(setup.directory)),
         progress(folder + "run.log", setup.quiet),
         stats(folder + "stats.csv"),
-        bodies(folder + "bodies.csv", simulation.bodies()),
+        bodies(folder + "bodies.csv", simulation.all_bodies()),
         surface_pvd(folder + "frames/surface.pvd"),
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),

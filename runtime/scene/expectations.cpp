@@ -38,6 +38,7 @@ void Expectations::observe(const StepReport& report, const std::vector<ReducedBo
   for (std::size_t n = 0; n < means_.size(); ++n) {
     const BodyExpectation& wanted = spec_.bodies[n];
     if (report.t <= end_time_ * (1.0 - wanted.window)) continue;
+    if (wanted.body >= static_cast<int>(bodies.size())) continue;  // has not appeared yet
     const ReducedBody& body = bodies[wanted.body];
     const double mass = body.archetype->integrals.mass * body.mass_scale;
     means_[n].seconds += report.dt;

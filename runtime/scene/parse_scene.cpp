@@ -118,6 +118,14 @@ ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& 
   scatter.random_rotation = s.string("rotation") == "random";
   scatter.seed = static_cast<unsigned>(s.integer("seed"));
   scatter.gap = s.number("gap");
+  if (s.has("waves")) {
+    scatter.waves = s.integer("waves.count");
+    scatter.wave_interval = s.number("waves.every");
+    scatter.waves_where = s.location("waves");
+    if (scatter.waves > scatter.count)
+      bad.push_back(s.error("waves.count", "more waves than bodies",
+                            "there are " + std::to_string(scatter.count)));
+  }
   return scatter;
 }
 
@@ -146,7 +154,7 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.on_fail = coupling.string("on_fail") == "stop" ? OnFail::kStop : OnFail::kHalveStep;
   scene.restitution = root.number("contact.restitution");
   scene.friction = root.number("contact.friction");
-  root.boolean("contact.bodies");
+  scene.body_contact = root.boolean("contact.bodies") && root.has("contact");
 }
 
 ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {

@@ -1,6 +1,7 @@
 #include "runtime/scene/scene_builder.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/obj_mesh.h"
@@ -15,23 +16,48 @@ TriMesh build_obstacle(const StaticSpec& spec) {
   return mesh;
 }
 
-void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built) {
+void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built,
+              double release = 0.0) {
   built.bodies.push_back(instantiate(spec, library.load(spec.archetype)));
   const Archetype& archetype = *built.bodies.back().archetype;
   built.body_names.push_back(spec.name.empty() ? archetype.name : spec.name);
+  built.release.push_back(release);
 }
 
+// Waves share the box one after the other: each keeps clear only of itself and of what is placed
+// by hand.
 void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltScene& built) {
-  std::vector<OccupiedBall> occupied;
-  for (const ReducedBody& body : built.bodies) {
-    occupied.push_back({body.position, bounding_radius(*body.archetype)});
-  }
+  std::vector<OccupiedBall> placed;
+  for (std::size_t b = 0; b < built.bodies.size(); ++b)
+    if (built.release[b] == 0.0)
+      placed.push_back({built.bodies[b].position, bounding_radius(*built.bodies[b].archetype)});
   const double radius = bounding_radius(*library.load(scatter.body.archetype));
-  for (const Placement& place : scatter_places(scatter, radius, occupied)) {
-    BodySpec body = scatter.body;
-    body.position = place.position;
-    body.rotation = place.rotation;
-    add_body(body, library, built);
+  for (int wave = 0; wave < scatter.waves; ++wave) {
+    ScatterSpec part = scatter;
+    part.count = scatter.count * (wave + 1) / scatter.waves - scatter.count * wave / scatter.waves;
+    part.seed = scatter.seed + static_cast<unsigned>(wave);
+    std::vector<OccupiedBall> occupied = placed;
+    for (const Placement& place : scatter_places(part, radius, occupied)) {
+      BodySpec body = scatter.body;
+      body.position = place.position;
+      body.rotation = place.rotation;
+      add_body(body, library, built, wave * scatter.wave_interval);
+    }
+  }
+}
+
+// In the order in which they appear; those that appear together as in the file.
+void sort_by_release(BuiltScene& built) {
+  std::vector<std::size_t> order(built.bodies.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t p, std::size_t q) {
+    return built.release[p] < built.release[q];
+  });
+  const BuiltScene before = built;
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    built.bodies[n] = before.bodies[order[n]];
+    built.body_names[n] = before.body_names[order[n]];
+    built.release[n] = before.release[order[n]];
   }
 }
 
@@ -51,6 +77,7 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
     options.volume_control = scene.fluid->volume_control;
   }
   options.wall_contact = scene.fluid.has_value();
+  options.body_contact = scene.body_contact;
   options.restitution = scene.restitution;
   options.friction = scene.friction;
   options.geometry = scene.geometry;
@@ -119,12 +146,13 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     collect([&] { built.obstacles.push_back(build_obstacle(spec)); });
   }
   if (!bad.empty()) throw InputError(bad);
+  sort_by_release(built);
   return built;
 }
 
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
-                    std::move(built.obstacles));
+                    std::move(built.obstacles), std::move(built.release));
 }
 
 }  // namespace archetide

@@ -15,6 +15,7 @@ struct BuiltScene {
   SimulationOptions options;
   std::vector<ReducedBody> bodies;
   std::vector<std::string> body_names;  // one per body
+  std::vector<double> release;          // one per body, ascending: when it appears, s
   std::vector<TriMesh> obstacles;       // closed, outward, world frame
 };
 

@@ -62,6 +62,9 @@ struct ScatterSpec {
   bool random_rotation = true;
   unsigned seed = 1;
   double gap = 0.0;  // between bounding spheres, m
+  int waves = 1;
+  double wave_interval = 0.0;  // s
+  SourceLocation waves_where;
 };
 
 struct StaticSpec {
@@ -110,7 +113,8 @@ struct SceneSpec {
   std::vector<BodySpec> bodies;
   std::vector<ScatterSpec> scatters;
   std::vector<StaticSpec> statics;
-  double restitution = 0.0, friction = 0.0;  // of the tank's walls
+  bool body_contact = false;                 // bodies against each other and against statics
+  double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;
   std::optional<double> volume_drift_limit;  // largest |V / V0 - 1|
   ExpectSpec expect;

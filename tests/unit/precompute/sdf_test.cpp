@@ -1,4 +1,4 @@
-#include "precompute/sdf.h"
+#include "common/mesh_sdf.h"
 
 #include <gtest/gtest.h>
 

@@ -60,6 +60,7 @@ box = [[0, 0, 0], [1, 1, 1]]
 rotation = "none"
 seed = 7
 gap = 0.01
+waves = { count = 2, every = 0.4 }
 velocity = [1, 0, 0]
 angular_velocity = [0, 1, 0]
 density = 200
@@ -142,6 +143,9 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(scatter.seed, 7u);
   EXPECT_EQ(scatter.gap, 0.01);
   EXPECT_EQ(scatter.body.modes, std::nullopt);
+  EXPECT_EQ(scatter.waves, 2);
+  EXPECT_EQ(scatter.wave_interval, 0.4);
+  EXPECT_FALSE(s.body_contact);  // contact.bodies = false
 
   EXPECT_EQ(s.statics.at(0).mesh, "meshes/rocks.obj");
   EXPECT_EQ(s.statics.at(0).scale, 2.0);
@@ -201,17 +205,21 @@ TEST(ParseScene, DefaultsOfTheSchemaAreThoseOfTheOptions) {
   EXPECT_EQ(s.gravity, o.gravity);
 }
 
+TEST(ParseScene, ContactBetweenBodiesComesWithTheSection) {
+  EXPECT_FALSE(parse("").body_contact);
+  EXPECT_TRUE(parse("[contact]\nfriction = 0.4\n").body_contact);
+  EXPECT_FALSE(parse("[contact]\nbodies = false\n").body_contact);
+  expect_contains(complaint("[[scatter]]\narchetype = \"a\"\ncount = 2\n"
+                            "box = [[0,0,0],[1,1,1]]\nwaves = { count = 5, every = 0.4 }\n"),
+                  "more waves than bodies");
+}
+
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
   expect_contains(complaint("[[joint]]\nbodies = [\"a\", \"b\"]\n"), "joints ([[joint]])");
   expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
   expect_contains(complaint("[[force]]\n"), "actuation forces ([[force]])");
-  expect_contains(complaint("[contact]\nbodies = true\n"),
-                  "contact between bodies (contact.bodies = true)");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
-  expect_contains(complaint("[[scatter]]\narchetype = \"a\"\ncount = 1\nbox = [[0,0,0],[1,1,1]]\n"
-                            "waves = { count = 5, every = 0.4 }\n"),
-                  "not in this version: bodies that appear during the run (scatter[0].waves)");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
     expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),
                     "not in this version");

@@ -120,6 +120,26 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
 }
 
+TEST_F(BuildScene, WavesAppearOneAfterTheOther) {
+  const BuiltScene built = build(R"([[scatter]]
+    archetype = "tetra"
+    count = 5
+    box = [[0, 0, 5], [3, 3, 6]]
+    waves = { count = 2, every = 0.25 }
+    [[body]]
+    archetype = "tetra"
+    position = [9, 9, 9])");
+  EXPECT_EQ(built.release, (std::vector<double>{0, 0, 0, 0.25, 0.25, 0.25}));
+  EXPECT_EQ(built.bodies[0].position, Vec3(9, 9, 9));
+  Simulation s(built.options, FluidState(), built.bodies, {}, built.release);
+  EXPECT_EQ(s.bodies().size(), 3u);
+  EXPECT_EQ(s.all_bodies().size(), 6u);
+  for (int n = 0; n < 6; ++n) s.step(0.05);
+  ASSERT_EQ(s.bodies().size(), 6u);
+  // free fall since 0.25 s: one step of 0.05 s
+  EXPECT_NEAR(s.bodies()[5].position[2], built.bodies[5].position[2] - 0.5 * 9.81 * 0.0025, 1e-12);
+}
+
 TEST_F(BuildScene, ScatteredBodiesKeepApartAndRepeat) {
   const std::string text = R"([[body]]
     archetype = "tetra"

@@ -1,11 +1,10 @@
-#include "precompute/sdf.h"
+#include "common/mesh_sdf.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "precompute/surface_topology.h"
+#include <numbers>
 
 namespace archetide {
 namespace {
@@ -192,6 +191,19 @@ void store_signed(Field& f) {
 }
 
 }  // namespace
+
+double winding_number(const TriMesh& mesh, const Vec3& x) {
+  double solid_angle = 0.0;
+  for (const Vec3i& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - x, b = mesh.vertices[t[1]] - x,
+               c = mesh.vertices[t[2]] - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    // tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
+    solid_angle += 2 * std::atan2(a.dot(b.cross(c)),
+                                  la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return solid_angle / (4 * std::numbers::pi);
+}
 
 Vec3 closest_point_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ax = x - a;

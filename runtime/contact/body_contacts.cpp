@@ -1,0 +1,217 @@
+#include "runtime/contact/body_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace archetide {
+namespace {
+
+constexpr double kSlack =
+    0.1;  // of the tolerance: overlap that is left alone, or rest would jitter
+
+/// Speed that takes an overlap back, m/s: at most half of it a step, and no faster than falling out
+/// of it; without gravity within about a tenth of a second.
+double recovery_speed(double overlap, double dt, double gravity) {
+  constexpr double kPart = 0.5, kSeconds = 0.1;
+  return std::min(kPart * overlap / dt,
+                  std::max(0.5 * std::sqrt(2.0 * gravity * overlap), overlap / kSeconds));
+}
+
+/// One system's worth of configuration terms and masses, for the bodies that have contacts.
+struct Masses {
+  std::vector<ConfigurationTerms> terms;
+  std::vector<GeneralisedMass> H;
+  std::vector<ContactBody> bodies;
+  std::vector<VecX> y;
+};
+
+Masses masses_of(const std::vector<ReducedBody>& bodies,
+                 const std::vector<const ContactShape*>& shapes,
+                 const std::vector<BodyContact>& contacts, double dt, const ModalOptions& modal) {
+  Masses m;
+  const std::size_t n = bodies.size();
+  m.terms.resize(n), m.H.resize(n), m.bodies.resize(n), m.y.resize(n);
+  std::vector<char> used(n, 0);
+  for (const BodyContact& c : contacts) {
+    used[c.a] = 1;
+    if (c.b >= 0) used[c.b] = 1;
+  }
+  for (std::size_t b = 0; b < n; ++b) {
+    if (!used[b]) continue;
+    m.terms[b] = configuration_terms(bodies[b], current_configuration(bodies[b]), modal.mass);
+    m.H[b] = generalised_mass(bodies[b], m.terms[b], dt, Stage::kVelocityFull, modal.step);
+    m.bodies[b] = {&bodies[b], shapes[b], &m.terms[b], &m.H[b]};
+    m.y[b] = generalised_velocity(bodies[b], m.terms[b]);
+  }
+  return m;
+}
+
+/// Contacts of each unordered pair, in order.
+std::vector<std::vector<std::size_t>> by_pair(const std::vector<BodyContact>& contacts) {
+  std::map<std::pair<int, int>, std::vector<std::size_t>> pairs;
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    pairs[std::minmax(contacts[k].a, contacts[k].b)].push_back(k);
+  std::vector<std::vector<std::size_t>> out;
+  for (auto& [pair, list] : pairs) out.push_back(std::move(list));
+  return out;
+}
+
+}  // namespace
+
+ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
+                             const std::vector<Vec3>& lambda, double h) {
+  ContactForces forces;
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    if (lambda[k][0] > 0.0)
+      forces.push_back({contacts[k].a, contacts[k].b, contacts[k].sample,
+                        system.rows()[k].frame.transpose() * lambda[k] / h});
+  std::sort(forces.begin(), forces.end(), [](const ContactForce& p, const ContactForce& q) {
+    return std::tie(p.a, p.b, p.sample) < std::tie(q.a, q.b, q.sample);
+  });
+  return forces;
+}
+
+std::vector<Vec3> contact_impulses(const std::vector<BodyContact>& contacts,
+                                   const ContactSystem& system, const ContactForces& forces,
+                                   double h) {
+  std::vector<Vec3> lambda(contacts.size(), Vec3::Zero());
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const ContactForce* f = find_force(forces, contacts[k].a, contacts[k].b, contacts[k].sample);
+    if (!f) continue;
+    const Vec3 guess = h * (system.rows()[k].frame * f->force);
+    if (guess[0] > 0.0) lambda[k] = guess;
+  }
+  return lambda;
+}
+
+BodyContacts::BodyContacts(const BodyContactOptions& options,
+                           const std::vector<ReducedBody>& bodies, Surroundings surroundings)
+    : options_(options), surroundings_(std::move(surroundings)) {
+  for (const ReducedBody& body : bodies) shapes_.push_back(&library_.of(body));
+}
+
+std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodies,
+                                            const std::vector<double>& speed, double dt,
+                                            const ContactForces& before) const {
+  std::vector<double> margin;
+  for (const double v : speed)
+    margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
+  return find_contacts(bodies, shapes_, surroundings_, margin, before);
+}
+
+double BodyContacts::resting_speed(double dt) const {
+  return std::max(std::sqrt(2.0 * options_.gravity * options_.tolerance),
+                  2.0 * options_.gravity * dt);
+}
+
+// Redundant points with normals that differ in their last digits never quite agree on their shares:
+// what moves nothing by more than a part of what gravity adds in a step is left (60 s of it are
+// 6e-6 m at dt = 0.01 s, and where nothing moves the first guess is already right).
+ContactSolveOptions BodyContacts::solve_options(double dt) const {
+  constexpr double kStill = 1e-6;
+  ContactSolveOptions solve;
+  solve.friction = options_.friction;
+  solve.still = kStill * options_.gravity * dt;
+  return solve;
+}
+
+// A point may close its gap within the step and no more; one that touches stays, so that points
+// which lie equally well do not compete for the last digits of their gaps; an overlap is taken
+// back.
+double BodyContacts::closing_target(double gap, double dt) const {
+  const double slack = kSlack * options_.tolerance;
+  if (std::abs(gap) <= slack) return 0.0;
+  return gap > 0.0 ? -(gap - slack) / dt : recovery_speed(-gap - slack, dt, options_.gravity);
+}
+
+GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
+                                  const std::vector<double>& speed, double dt) const {
+  GroupContacts out;
+  out.contacts = find(bodies, speed, dt, memory.position);
+  out.shapes = shapes_;
+  out.start = memory.position;
+  out.solve = solve_options(dt);
+  out.target.resize(static_cast<long>(out.contacts.size()));
+  for (std::size_t k = 0; k < out.contacts.size(); ++k) {
+    out.target[static_cast<long>(k)] = closing_target(out.contacts[k].gap, dt);
+  }
+  return out;
+}
+
+BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
+                                           const std::vector<double>& speed, double dt) const {
+  Result out;
+  const std::vector<BodyContact> all = find(bodies, speed, dt, memory.velocity);
+  std::vector<BodyContact> touching;
+  for (const BodyContact& c : all) {
+    if (c.gap > options_.tolerance) continue;
+    touching.push_back(c);
+    ++out.penetration.touching;
+    out.penetration.largest = std::max(out.penetration.largest, -c.gap);
+    out.penetration.sum += std::max(-c.gap, 0.0);
+  }
+  if (!touching.empty()) impacts(bodies, touching, dt);
+
+  // where bodies bounce, a point that will touch with speed must keep it
+  const double fastest = options_.restitution > 0.0 ? resting_speed(dt) : INFINITY;
+  GroupContacts& held = out.velocity_stage;
+  std::vector<double> target;
+  for (const BodyContact& c : all) {
+    const bool touches = c.gap <= options_.tolerance;
+    if (!touches && c.gap / dt > fastest) continue;
+    held.contacts.push_back(c);
+    target.push_back(touches ? 0.0 : -c.gap / dt);
+  }
+  held.target = Eigen::Map<const VecX>(target.data(), static_cast<long>(target.size()));
+  held.shapes = shapes_;
+  held.start = memory.velocity;
+  held.solve = solve_options(dt);
+  return out;
+}
+
+void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
+                           const std::vector<BodyContact>& touching, double dt) const {
+  constexpr int kRounds = 50;
+  Masses m = masses_of(bodies, shapes_, touching, dt, options_.modal);
+  const std::vector<VecX> before = m.y;
+  const ContactSystem system(touching, m.bodies);
+  const double resting = resting_speed(dt);
+  const ContactSolveOptions solve = solve_options(dt);
+  std::vector<Vec3> total(touching.size(), Vec3::Zero());
+  VecX target = VecX::Zero(static_cast<long>(touching.size()));
+
+  // pair after pair, so that a row of balls hands the impact on
+  const std::vector<std::vector<std::size_t>> pairs = by_pair(touching);
+  std::vector<Vec3> lambda(touching.size(), Vec3::Zero());
+  bool met = options_.restitution > 0.0;
+  for (int round = 0; met && round < kRounds; ++round) {
+    met = false;
+    for (const std::vector<std::size_t>& pair : pairs) {
+      bool approaching = false;
+      for (const std::size_t k : pair) {
+        const double v = system.velocity(k, m.y)[0];
+        target[static_cast<long>(k)] = v < -resting ? -options_.restitution * v : 0.0;
+        approaching = approaching || v < -resting;
+      }
+      if (!approaching) continue;
+      met = true;
+      for (const std::size_t k : pair) lambda[k].setZero();
+      system.solve(target, solve, pair, lambda, m.y);
+      for (const std::size_t k : pair) total[k] += lambda[k];
+    }
+  }
+  // what is left, all at once and without bounce
+  lambda.assign(touching.size(), Vec3::Zero());
+  target.setZero();
+  system.solve(target, solve, lambda, m.y);
+  for (std::size_t k = 0; k < touching.size(); ++k) total[k] += lambda[k];
+
+  std::vector<Vec3> delta_P(bodies.size(), Vec3::Zero()), delta_L = delta_P;
+  system.add_momenta(total, touching, m.bodies, delta_P, delta_L);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (m.bodies[b].body && m.y[b] != before[b])
+      accept_velocity(bodies[b], m.y[b], delta_P[b], delta_L[b]);
+}
+
+}  // namespace archetide

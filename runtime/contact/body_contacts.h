@@ -1,0 +1,92 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/contact/contact_search.h"
+#include "runtime/contact/contact_system.h"
+
+namespace archetide {
+
+struct BodyContactOptions {
+  double restitution = 0.0;  // 0 .. 1
+  double friction = 0.0;     // Coulomb's coefficient
+  double tolerance = 0.0;    // m; closer points touch
+  double gravity = 0.0;      // m/s^2
+  ModalOptions modal;
+};
+
+/// Contacts that a stage of the step holds, their least separating speeds, and what they pushed.
+struct GroupContacts {
+  std::vector<BodyContact> contacts;
+  VecX target;                              // m/s
+  std::vector<const ContactShape*> shapes;  // one per body
+  ContactForces start;                      // of the last step
+  ContactSolveOptions solve;
+  ContactForces forces;  // result: those that push, sorted
+  int sweeps = 0;        // result
+};
+
+/// How deep bodies stand in one another and in their surroundings.
+struct Penetration {
+  int touching = 0;
+  double largest = 0.0, sum = 0.0;  // m, over the points that touch
+};
+
+/// Contact between bodies, and with walls and obstacles, for the two stages of a step and between
+/// them.
+///
+///   position stage: y of the half step must not carry a point through its gap, and gently takes
+///   back overlaps; it moves poses only, so overlaps never turn into momentum;
+///   between: impacts on x^{n+1} and v^n, pair after pair with restitution until no pair approaches
+///   (a chain hands an impact on), then all at once without;
+///   velocity stage: points that touch do not approach, with friction.
+class BodyContacts {
+ public:
+  BodyContacts(const BodyContactOptions& options, const std::vector<ReducedBody>& bodies,
+               Surroundings surroundings);
+
+  /// Contacts that the step may make from x^n. `speed`: of the fastest point of each body, m/s.
+  GroupContacts ahead(const std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
+                      double dt) const;
+
+  struct Result {
+    GroupContacts velocity_stage;
+    Penetration penetration;
+  };
+  /// Impacts change v^n of the bodies; P and L by exactly the impulses at the common points.
+  Result resolve(std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
+                 double dt) const;
+
+  /// What the contacts of the last step pushed, the first guess of the next: part of the state.
+  struct Memory {
+    ContactForces position, velocity;
+  };
+  Memory memory;
+
+  std::size_t bytes() const { return library_.bytes(); }
+
+ private:
+  std::vector<BodyContact> find(const std::vector<ReducedBody>& bodies,
+                                const std::vector<double>& speed, double dt,
+                                const ContactForces& before) const;
+  double resting_speed(double dt) const;
+  ContactSolveOptions solve_options(double dt) const;
+  double closing_target(double gap, double dt) const;
+  void impacts(std::vector<ReducedBody>& bodies, const std::vector<BodyContact>& touching,
+               double dt) const;
+
+  BodyContactOptions options_;
+  Surroundings surroundings_;
+  ShapeLibrary library_;
+  std::vector<const ContactShape*> shapes_;
+};
+
+/// lambda (frame, N s) of a stage of length h as forces.
+ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
+                             const std::vector<Vec3>& lambda, double h);
+/// The other way round: first guesses for these contacts.
+std::vector<Vec3> contact_impulses(const std::vector<BodyContact>& contacts,
+                                   const ContactSystem& system, const ContactForces& forces,
+                                   double h);
+
+}  // namespace archetide

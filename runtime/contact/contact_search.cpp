@@ -1,0 +1,318 @@
+#include "runtime/contact/contact_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+namespace archetide {
+namespace {
+
+/// Surfaces that face each other touch; that run along each other they are the two sides of one
+/// overlap.
+constexpr double kFacing = 0.3;
+
+constexpr std::size_t kMaxPatches = 6;  // of an ordered pair
+/// Fewer bodies or pairs than this are not worth waking threads for.
+constexpr std::size_t kParallelFrom = 16;
+
+struct Box {
+  Vec3 low, high;
+};
+
+bool overlap(const Box& p, const Box& q) {
+  return (p.low.array() <= q.high.array()).all() && (q.low.array() <= p.high.array()).all();
+}
+
+/// A ball around the body at any deformation, widened by its margin: O(r).
+Box loose_box(const ReducedBody& body, const ContactShape& shape, double margin) {
+  const double radius =
+      shape.reach.rest + shape.reach.modes.head(body.r).dot(body.q.cwiseAbs()) + margin;
+  return {body.position - Vec3::Constant(radius), body.position + Vec3::Constant(radius)};
+}
+
+/// Pairs (i < j) of boxes that overlap, sorted: sweep along x.
+std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<Box>& boxes) {
+  std::vector<int> order(boxes.size());
+  for (std::size_t n = 0; n < order.size(); ++n) order[n] = static_cast<int>(n);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int p, int q) { return boxes[p].low.x() < boxes[q].low.x(); });
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t n = 0; n < order.size(); ++n)
+    for (std::size_t m = n + 1; m < order.size(); ++m) {
+      if (boxes[order[m]].low.x() > boxes[order[n]].high.x()) break;
+      if (overlap(boxes[order[n]], boxes[order[m]]))
+        pairs.push_back(std::minmax(order[n], order[m]));
+    }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+/// Samples of body a against one solid.
+struct Task {
+  int a, b;
+  const TouchedSolid* solid;
+  double margin;  // m
+};
+
+struct Candidate {
+  int sample;
+  bool carried;  // load in the last step
+  SolidPoint at;
+};
+
+std::vector<Candidate> candidates(const DeformedBody& body, const Task& task,
+                                  const ContactForces& before) {
+  std::vector<Candidate> found;
+  const std::vector<SampleCluster>& clusters = body.shape().clusters;
+  // gaps are stretched by the solid's strain: look twice as far with the cheap bound
+  const double reach = 2.0 * task.margin;
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    const DeformedBody::Ball& ball = body.balls()[c];
+    if (task.solid->least_gap(ball.centre) > ball.radius + reach) continue;
+    for (int s = clusters[c].begin; s < clusters[c].end; ++s) {
+      const Vec3& x = body.samples()[s];
+      if (task.solid->least_gap(x) > reach) continue;
+      SolidPoint at;
+      if (!task.solid->locate(x, task.margin, at)) continue;
+      found.push_back({s, find_force(before, task.a, task.b, s) != nullptr, at});
+    }
+  }
+  return found;
+}
+
+/// Candidates around one place that face one way.
+struct Patch {
+  Vec3 place, normal;  // of its deepest
+  double gap;          // m, of its deepest
+  std::vector<const Candidate*> members;
+};
+
+std::vector<Patch> patches(const std::vector<Candidate>& sorted, const DeformedBody& body) {
+  constexpr double kRadius = 1.0, kOneWay = 0.8;  // of the reach; cosine
+  std::vector<Patch> out;
+  for (const Candidate& c : sorted) {
+    const Vec3& x = body.samples()[c.sample];
+    const auto home = std::find_if(out.begin(), out.end(), [&](const Patch& p) {
+      return (p.place - x).norm() < kRadius * body.shape().reach.rest &&
+             p.normal.dot(c.at.normal) > kOneWay;
+    });
+    if (home != out.end())
+      home->members.push_back(&c);
+    else if (out.size() < kMaxPatches)
+      out.push_back({x, c.at.normal, c.at.gap, {&c}});
+  }
+  return out;
+}
+
+/// The deepest of a patch and the outermost that are nearly as deep: what holds a body best with
+/// the fewest points, and the same points as long as nothing moves.
+void add_support(const Patch& patch, const DeformedBody& body, double margin,
+                 std::vector<const Candidate*>& kept) {
+  constexpr int kDirections = 8;
+  constexpr double kBand = 0.5;  // of the margin
+  const auto keep = [&](const Candidate* c) {
+    if (std::find(kept.begin(), kept.end(), c) == kept.end()) kept.push_back(c);
+  };
+  const Mat3 frame = contact_frame(patch.normal);
+  for (int d = 0; d < kDirections; ++d) {
+    const double angle = (2.0 * d + 1.0) * std::numbers::pi / kDirections;
+    const Vec3 along = frame.transpose() * Vec3(0.0, std::cos(angle), std::sin(angle));
+    const Candidate* outermost = nullptr;
+    double farthest = -INFINITY;
+    for (const Candidate* c : patch.members) {
+      if (c->at.gap > patch.gap + kBand * margin) continue;
+      const double distance = along.dot(body.samples()[c->sample] - patch.place);
+      if (distance > farthest + 1e-9 * body.shape().reach.rest) farthest = distance, outermost = c;
+    }
+    keep(outermost);
+  }
+  // the deepest, unless one of these is as deep
+  constexpr double kFlat = 0.01;  // of the margin
+  for (const Candidate* c : kept)
+    if (c->at.gap <= patch.gap + kFlat * margin) return;
+  keep(patch.members.front());
+}
+
+std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& body,
+                               double margin) {
+  constexpr double kSame = 1e-3;  // of the margin: equally deep
+  const auto depth_class = [&](const Candidate& c) {
+    return std::floor(c.at.gap / (kSame * margin));
+  };
+  std::sort(all.begin(), all.end(), [&](const Candidate& p, const Candidate& q) {
+    return std::pair(depth_class(p), body.shape().samples[p.sample].order) <
+           std::pair(depth_class(q), body.shape().samples[q.sample].order);
+  });
+  std::vector<const Candidate*> kept;
+  for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
+  // A point that carried load in the last step stays: on a soft body those between the outermost take
+  // turns otherwise, and it never settles.
+  for (const Candidate& c : all)
+    if (c.carried && static_cast<int>(kept.size()) < kMaxContacts &&
+        std::find(kept.begin(), kept.end(), &c) == kept.end())
+      kept.push_back(&c);
+  std::vector<Candidate> out;
+  for (const Candidate* c : kept) out.push_back(*c);
+  std::sort(out.begin(), out.end(),
+            [](const Candidate& p, const Candidate& q) { return p.sample < q.sample; });
+  return out;
+}
+
+/// Directions that differ for every index, evenly over the sphere.
+Vec3 direction_of(int body) {
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const double z = std::fmod(0.5 + body * 0.6180339887498949, 1.0) * 2.0 - 1.0;
+  const double rho = std::sqrt(1.0 - z * z);
+  return {rho * std::cos(golden * body), rho * std::sin(golden * body), z};
+}
+
+/// Two bodies so far in one another that their surfaces do not say which way is out: each holds the
+/// other's centre, or their surfaces coincide.
+bool merged(const DeformedBody& p, const DeformedBody& q) {
+  constexpr double kClose = 0.5, kAlong = 0.05;  // of the smaller reach
+  constexpr double kMost = 0.8;                  // of the samples
+  const double reach = std::min(p.shape().reach.rest, q.shape().reach.rest);
+  if ((p.centre() - q.centre()).norm() > reach) return false;
+  SolidPoint in_p, in_q;
+  if (p.locate(q.centre(), 0.0, in_p) && q.locate(p.centre(), 0.0, in_q)) return true;
+  if ((p.centre() - q.centre()).norm() > kClose * reach) return false;
+  const auto along = std::count_if(p.samples().begin(), p.samples().end(),
+                                   [&](const Vec3& x) { return q.least_gap(x) < kAlong * reach; });
+  return static_cast<double>(along) > kMost * static_cast<double>(p.samples().size());
+}
+
+/// They are taken apart along the line of their centres, or, where these coincide, along a
+/// direction of their indices.
+BodyContact centre_contact(const std::vector<ReducedBody>& bodies, int a, int b, double reach) {
+  BodyContact c;
+  c.a = a, c.b = b, c.sample = -1;
+  const Vec3 line = bodies[a].position - bodies[b].position;
+  constexpr double kCoincident = 1e-6;  // of the reach
+  c.normal = line.norm() > kCoincident * reach ? line.normalized()
+                                               : (direction_of(a) - direction_of(b)).normalized();
+  c.point = 0.5 * (bodies[a].position + bodies[b].position);
+  c.rest_b = bodies[b].rotation.conjugate() * (c.point - bodies[b].position);
+  c.gap = std::min(line.norm() - reach, 0.0);
+  return c;
+}
+
+}  // namespace
+
+Mat3 contact_frame(const Vec3& n) {
+  int largest = 0;
+  n.cwiseAbs().maxCoeff(&largest);
+  const Vec3 t = n.cross(Vec3::Unit((largest + 1) % 3)).normalized();
+  Mat3 frame;
+  frame << n.transpose(), t.transpose(), n.cross(t).transpose();
+  return frame;
+}
+
+const ContactForce* find_force(const ContactForces& forces, int a, int b, int sample) {
+  const auto at = std::lower_bound(forces.begin(), forces.end(), std::tuple(a, b, sample),
+                                   [](const ContactForce& f, const std::tuple<int, int, int>& key) {
+                                     return std::tuple(f.a, f.b, f.sample) < key;
+                                   });
+  const bool found = at != forces.end() && at->a == a && at->b == b && at->sample == sample;
+  return found ? &*at : nullptr;
+}
+
+Surroundings::Surroundings(const Vec3& low, const Vec3& high, const Sides& closed,
+                           const std::vector<TriMesh>& obstacles, double spacing) {
+  constexpr double kFar = 1e300;
+  for (int side = 0; side < 6; ++side) {
+    if (!closed[side]) continue;
+    const int axis = side / 2;
+    const Vec3 inward = (side % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(axis);
+    const double offset = side % 2 == 0 ? low[axis] : -high[axis];
+    Item item{std::make_unique<WallSolid>(inward, offset), Vec3::Constant(-kFar),
+              Vec3::Constant(kFar)};
+    (side % 2 == 0 ? item.high : item.low)[axis] = side % 2 == 0 ? low[axis] : high[axis];
+    items_.push_back(std::move(item));
+  }
+  for (const TriMesh& mesh : obstacles) {
+    auto solid = std::make_unique<StaticSolid>(mesh, spacing);
+    const Vec3 box_low = solid->low(), box_high = solid->high();
+    items_.push_back({std::move(solid), box_low, box_high});
+  }
+}
+
+const ContactShape& ShapeLibrary::of(const ReducedBody& body) {
+  auto& shape = shapes_[body.archetype.get()];
+  if (!shape) shape = contact_shape(body.archetype);
+  return *shape;
+}
+
+std::size_t ShapeLibrary::bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [archetype, shape] : shapes_)
+    bytes += sizeof(SurfaceSample) * shape->samples.size() + 8 * shape->lattice.modes.size() +
+             4 * shape->sampled.values.size();
+  return bytes;
+}
+
+std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
+                                       const std::vector<const ContactShape*>& shapes,
+                                       const Surroundings& surroundings,
+                                       const std::vector<double>& margin,
+                                       const ContactForces& before) {
+  // who may meet whom: bounding balls
+  std::vector<Box> boxes;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
+  const std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
+  std::vector<char> wanted(bodies.size(), 0);
+  for (const auto& [i, j] : near) wanted[i] = wanted[j] = 1;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (const Surroundings::Item& item : surroundings.items())
+      if (overlap(boxes[b], {item.low, item.high})) wanted[b] = 1;
+
+  // their surfaces, and again with the boxes of these
+  std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
+#pragma omp parallel for schedule(dynamic) if (near.size() > kParallelFrom)
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!wanted[b]) continue;
+    deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b]);
+    boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
+                deformed[b]->high() + Vec3::Constant(margin[b])};
+  }
+  std::vector<BodyContact> contacts;
+  std::vector<Task> tasks;
+  for (const auto& [i, j] : near) {
+    if (!overlap(boxes[i], boxes[j])) continue;
+    if (merged(*deformed[i], *deformed[j])) {
+      contacts.push_back(
+          centre_contact(bodies, i, j, std::min(shapes[i]->reach.rest, shapes[j]->reach.rest)));
+      continue;
+    }
+    tasks.push_back({i, j, deformed[j].get(), margin[i] + margin[j]});
+    tasks.push_back({j, i, deformed[i].get(), margin[i] + margin[j]});
+  }
+  for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
+    for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
+      const Surroundings::Item& item = surroundings.items()[s];
+      if (wanted[b] && overlap(boxes[b], {item.low, item.high}))
+        tasks.push_back({b, -1 - s, item.solid.get(), margin[b]});
+    }
+
+  // samples of one against the distance of the other
+  std::vector<std::vector<BodyContact>> found(tasks.size());
+#pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)
+  for (std::size_t t = 0; t < tasks.size(); ++t) {
+    const Task& task = tasks[t];
+    const DeformedBody& body = *deformed[task.a];
+    std::vector<Candidate> all = candidates(body, task, before);
+    if (task.b >= 0)
+      std::erase_if(all, [&](const Candidate& c) {
+        return body.normal(c.sample).dot(c.at.normal) > kFacing;
+      });
+    for (const Candidate& c : thinned(std::move(all), body, task.margin))
+      found[t].push_back(
+          {task.a, task.b, c.sample, body.samples()[c.sample], c.at.normal, c.at.rest, c.at.gap});
+  }
+  for (const std::vector<BodyContact>& list : found)
+    contacts.insert(contacts.end(), list.begin(), list.end());
+  return contacts;
+}
+
+}  // namespace archetide

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "runtime/contact/solids.h"
+#include "runtime/grid/grid.h"
+
+namespace archetide {
+
+/// One point where a surface sample of body `a` touches, or may touch within the step, a solid.
+struct BodyContact {
+  int a = -1;
+  int b = -1;       // the other body, or -1 - s: obstacle or wall s of the surroundings
+  int sample = -1;  // of a's shape; -1: two bodies in one another along the line of their centres
+  Vec3 point = Vec3::Zero();   // common to both, world, m
+  Vec3 normal = Vec3::Zero();  // unit, from b into a
+  Vec3 rest_b = Vec3::Zero();  // the place in b's rest shape
+  double gap = 0.0;            // m, negative where they overlap
+};
+
+/// Impulse over time of one contact in the last step, in space, N: what the next step starts from.
+struct ContactForce {
+  int a = -1, b = -1, sample = -1;
+  Vec3 force = Vec3::Zero();
+};
+/// Sorted by (a, b, sample).
+using ContactForces = std::vector<ContactForce>;
+/// Rows n, t1, t2: the unit vector n and two across it.
+Mat3 contact_frame(const Vec3& n);
+
+const ContactForce* find_force(const ContactForces& forces, int a, int b, int sample);
+
+/// What bodies can touch besides each other: closed sides of the tank and obstacles.
+class Surroundings {
+ public:
+  Surroundings() = default;
+  /// Walls of the box [low, high] on the closed sides; `spacing` of the obstacles' distances, m.
+  Surroundings(const Vec3& low, const Vec3& high, const Sides& closed,
+               const std::vector<TriMesh>& obstacles, double spacing);
+  struct Item {
+    std::unique_ptr<TouchedSolid> solid;
+    Vec3 low, high;  // where it may be touched
+  };
+  const std::vector<Item>& items() const { return items_; }
+
+ private:
+  std::vector<Item> items_;
+};
+
+/// Shapes of the bodies, one per archetype.
+class ShapeLibrary {
+ public:
+  const ContactShape& of(const ReducedBody& body);
+  std::size_t bytes() const;
+
+ private:
+  std::map<const Archetype*, std::shared_ptr<const ContactShape>> shapes_;
+};
+
+/// Contacts whose gap is below the pair's margin, thinned out to the support of every patch
+/// where surfaces face each other, and to points that carried load in the last step. In a fixed
+/// order.
+/// `margin`: one per body, m: what it may move until the contacts are looked for again.
+std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
+                                       const std::vector<const ContactShape*>& shapes,
+                                       const Surroundings& surroundings,
+                                       const std::vector<double>& margin,
+                                       const ContactForces& before);
+inline constexpr int kMaxContacts = 40;  // of an ordered pair
+
+}  // namespace archetide

@@ -1,0 +1,158 @@
+#include "runtime/contact/contact_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "runtime/solid/rotation.h"
+
+namespace archetide {
+namespace {
+
+/// 3 x (6 + r) of a body at a place that carries the modes `phi` (3 x r, body frame):
+/// [1, -[x]x, R phi + [x]x I^-1 D].
+MatX place_jacobian(const ContactBody& b, const Vec3& place, const MatX& phi) {
+  const Mat3 arm = skew(place - b.body->position);
+  MatX J(3, b.body->dofs());
+  J.leftCols<3>().setIdentity();
+  J.middleCols<3>(3) = -arm;
+  if (b.body->r > 0)
+    J.rightCols(b.body->r) =
+        b.body->rotation.toRotationMatrix() * phi + arm * b.terms->spin_of_modes;
+  return J;
+}
+
+/// Modes at a surface sample, 3 x r, body frame.
+MatX modes_at_sample(const ContactBody& b, int sample) {
+  const SurfaceSample& s = b.shape->samples[sample];
+  const MatX& S = b.body->archetype->surface_modes;
+  MatX phi = MatX::Zero(3, b.body->r);
+  for (int c = 0; c < 3; ++c)
+    if (s.weights[c] != 0.0) phi += s.weights[c] * S.block(3L * s.vertices[c], 0, 3, b.body->r);
+  return phi;
+}
+
+MatX response(const GeneralisedMass& H, const MatX& J) {
+  MatX W(J.cols(), 3);
+  for (int axis = 0; axis < 3; ++axis) W.col(axis) = H.solve(J.row(axis).transpose());
+  return W;
+}
+
+double tangent_compliance(const Mat3& D) {
+  return 0.5 * (D(1, 1) + D(2, 2) + std::hypot(D(1, 1) - D(2, 2), D(1, 2) + D(2, 1)));
+}
+
+ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& bodies) {
+  ContactRows rows;
+  rows.a = c.a, rows.b = c.b;
+  rows.frame = contact_frame(c.normal);
+  const ContactBody& a = bodies[c.a];
+  const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
+  rows.J_a = rows.frame * place_jacobian(a, c.point, phi_a);
+  rows.W_a = response(*a.H, rows.J_a);
+  rows.D = rows.J_a * rows.W_a;
+  if (c.b >= 0) {
+    const ContactBody& b = bodies[c.b];
+    const MatX phi_b = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
+                                     : MatX::Zero(3, b.body->r);
+    rows.J_b = -rows.frame * place_jacobian(b, c.point, phi_b);
+    rows.W_b = response(*b.H, rows.J_b);
+    rows.D += rows.J_b * rows.W_b;
+  }
+  rows.rho = tangent_compliance(rows.D);
+  return rows;
+}
+
+}  // namespace
+
+ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
+                             const std::vector<ContactBody>& bodies)
+    : rows_(contacts.size()) {
+#pragma omp parallel for schedule(static) if (contacts.size() > 64)
+  for (std::size_t k = 0; k < contacts.size(); ++k) rows_[k] = contact_rows(contacts[k], bodies);
+}
+
+Vec3 ContactSystem::velocity(std::size_t k, const std::vector<VecX>& y) const {
+  const ContactRows& c = rows_[k];
+  Vec3 v = c.J_a * y[c.a];
+  if (c.b >= 0) v += c.J_b * y[c.b];
+  return v;
+}
+
+void ContactSystem::apply(std::size_t k, const Vec3& impulse, std::vector<VecX>& y) const {
+  const ContactRows& c = rows_[k];
+  y[c.a] += c.W_a * impulse;
+  if (c.b >= 0) y[c.b] += c.W_b * impulse;
+}
+
+// λ_n ← max(0, λ_n − (v_n − target) / D_nn), then λ_t ← λ_t − v_t / ρ cut to the cone. Returns the
+// change of speed at the contact.
+double ContactSystem::sweep_contact(std::size_t k, double target, double friction, Vec3& lambda,
+                                    std::vector<VecX>& y) const {
+  const ContactRows& c = rows_[k];
+  const Vec3 v = velocity(k, y);
+  Vec3 change = Vec3::Zero();
+  change[0] = std::max(0.0, lambda[0] + (target - v[0]) / c.D(0, 0)) - lambda[0];
+  const double bound = friction * (lambda[0] + change[0]);
+  if (bound > 0.0 || lambda.tail<2>() != Eigen::Vector2d::Zero()) {
+    const Eigen::Vector2d slip = v.tail<2>() + change[0] * c.D.col(0).tail<2>();
+    Eigen::Vector2d next = lambda.tail<2>() - slip / c.rho;
+    const double length = next.norm();
+    if (length > bound) next *= bound / length;
+    change.tail<2>() = next - lambda.tail<2>();
+  }
+  if (change == Vec3::Zero()) return 0.0;
+  lambda += change;
+  apply(k, change, y);
+  return std::max(c.D(0, 0) * std::abs(change[0]), c.rho * change.tail<2>().norm());
+}
+
+ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOptions& options,
+                                        std::vector<Vec3>& lambda, std::vector<VecX>& y) const {
+  std::vector<std::size_t> all(rows_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return solve(target, options, all, lambda, y);
+}
+
+ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOptions& options,
+                                        const std::vector<std::size_t>& only,
+                                        std::vector<Vec3>& lambda, std::vector<VecX>& y) const {
+  ContactSolveReport report;
+  double speed = 0.0;
+  for (const std::size_t k : only)
+    speed = std::max({speed, velocity(k, y).cwiseAbs().maxCoeff(), std::abs(target[k])});
+  for (const std::size_t k : only)
+    if (lambda[k] != Vec3::Zero()) apply(k, lambda[k], y);
+  const auto n = static_cast<long>(only.size());
+  const long sweeps =
+      std::min<long>(options.max_sweeps, std::max(20L, options.max_updates / std::max(n, 1L)));
+  for (; report.sweeps < sweeps; ++report.sweeps) {
+    report.change = 0.0;
+    // up and down: a stack passes its load on in either direction
+    const bool up = report.sweeps % 2 == 0;
+    for (long i = 0; i < n; ++i) {
+      const std::size_t k = only[static_cast<std::size_t>(up ? i : n - 1 - i)];
+      report.change = std::max(report.change, sweep_contact(k, target[static_cast<long>(k)],
+                                                            options.friction, lambda[k], y));
+    }
+    if (report.change <= std::max(options.tolerance * speed, options.still)) break;
+  }
+  return report;
+}
+
+void ContactSystem::add_momenta(const std::vector<Vec3>& lambda,
+                                const std::vector<BodyContact>& contacts,
+                                const std::vector<ContactBody>& bodies, std::vector<Vec3>& delta_P,
+                                std::vector<Vec3>& delta_L) const {
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Vec3 impulse = rows_[k].frame.transpose() * lambda[k];
+    const auto give = [&](int b, const Vec3& f) {
+      delta_P[b] += f;
+      delta_L[b] += (contacts[k].point - bodies[b].body->position).cross(f);
+    };
+    give(rows_[k].a, impulse);
+    if (rows_[k].b >= 0) give(rows_[k].b, -impulse);
+  }
+}
+
+}  // namespace archetide

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/contact/contact_search.h"
+
+namespace archetide {
+
+/// A body as contact impulses see it.
+struct ContactBody {
+  const ReducedBody* body = nullptr;
+  const ContactShape* shape = nullptr;
+  const ConfigurationTerms* terms = nullptr;  // at the configuration of the contacts
+  const GeneralisedMass* H = nullptr;
+};
+
+/// Unit impulses of one contact and what they do: frame (normal, two tangents).
+struct ContactRows {
+  int a = -1, b = -1;                 // b < 0: does not move
+  Eigen::Matrix<double, 3, 3> frame;  // rows n, t1, t2, world
+  MatX J_a, J_b;                      // 3 x (6 + r): relative velocity v_a - v_b per unit y
+  MatX W_a, W_b;                      // (6 + r) x 3: H^-1 J^T
+  Mat3 D;                             // J H^-1 J^T, 1/kg
+  double rho = 0.0;                   // largest eigenvalue of its tangential part, 1/kg
+};
+
+struct ContactSolveOptions {
+  double friction = 0.0;
+  int max_sweeps = 1000;
+  long max_updates = 200'000;  // contacts times sweeps: a large pile settles over several steps
+  double tolerance = 1e-9;  // change of speed in a sweep, of the largest speed at the contacts ...
+  double still = 0.0;       // ... or this, m/s
+};
+
+struct ContactSolveReport {
+  int sweeps = 0;
+  double change = 0.0;  // of speed in the last sweep, m/s
+};
+
+/// Contacts of many bodies: impulses that only push, at most friction times that along the
+/// tangents, equal and opposite at one common point. Block Gauss-Seidel [Jean 1999] on generalised
+/// velocities: O(r) a contact and sweep.
+class ContactSystem {
+ public:
+  ContactSystem(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies);
+
+  std::size_t size() const { return rows_.size(); }
+  const std::vector<ContactRows>& rows() const { return rows_; }
+
+  /// Relative velocity of contact k in its frame, m/s.
+  Vec3 velocity(std::size_t k, const std::vector<VecX>& y) const;
+  /// y += H^-1 J^T impulse.
+  void apply(std::size_t k, const Vec3& impulse, std::vector<VecX>& y) const;
+
+  /// Impulses lambda (frame, N s; in: the first guess, not yet in y) so that every contact
+  /// separates at least at its target (m/s); y takes them. `only`: these contacts, in this order.
+  ContactSolveReport solve(const VecX& target, const ContactSolveOptions& options,
+                           std::vector<Vec3>& lambda, std::vector<VecX>& y) const;
+  ContactSolveReport solve(const VecX& target, const ContactSolveOptions& options,
+                           const std::vector<std::size_t>& only, std::vector<Vec3>& lambda,
+                           std::vector<VecX>& y) const;
+
+  /// Adds the change of linear and angular momentum of every body, N s and N m s.
+  void add_momenta(const std::vector<Vec3>& lambda, const std::vector<BodyContact>& contacts,
+                   const std::vector<ContactBody>& bodies, std::vector<Vec3>& delta_P,
+                   std::vector<Vec3>& delta_L) const;
+
+ private:
+  double sweep_contact(std::size_t k, double target, double friction, Vec3& lambda,
+                       std::vector<VecX>& y) const;
+  std::vector<ContactRows> rows_;
+};
+
+}  // namespace archetide

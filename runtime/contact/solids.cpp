@@ -1,0 +1,143 @@
+#include "runtime/contact/solids.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "common/mesh_sdf.h"
+
+namespace archetide {
+namespace {
+
+// Slopes of the distance that are believed: below one where it is rounded at edges and ridges,
+// above where the body is compressed.
+constexpr double kLeastSlope = 0.5, kLargestSlope = 2.0;
+
+/// Gradient by central differences over a cell: continuous, unlike that of the interpolant.
+Vec3 smooth_gradient(const GridSdf& sdf, const Vec3& x) {
+  Vec3 g;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 h = 0.5 * sdf.spacing * Vec3::Unit(axis);
+    g[axis] = (sdf.value(x + h) - sdf.value(x - h)) / sdf.spacing;
+  }
+  return g;
+}
+
+int sdf_cells(const TriMesh& surface, double spacing) {
+  if (spacing <= 0.0) return 64;
+  Vec3 low = surface.vertices[0], high = low;
+  for (const Vec3& x : surface.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return std::clamp(static_cast<int>(std::ceil((high - low).maxCoeff() / spacing)), 24, 256);
+}
+
+}  // namespace
+
+StaticSolid::StaticSolid(const TriMesh& surface, double spacing)
+    : sdf_(sample_distance(surface, {.cells = sdf_cells(surface, spacing), .margin = 3})),
+      low_(surface.vertices[0]),
+      high_(low_) {
+  for (const Vec3& x : surface.vertices) {
+    low_ = low_.cwiseMin(x);
+    high_ = high_.cwiseMax(x);
+  }
+}
+
+bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
+  const double distance = sdf_.value(x);
+  if (distance > within) return false;
+  const Vec3 g = smooth_gradient(sdf_, x);
+  const double slope = std::max(g.norm(), 1e-12);
+  at = {distance / std::clamp(slope, kLeastSlope, 1.0), g / slope, x};
+  return at.gap <= within;
+}
+
+DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
+    : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
+  std::vector<Vec3> points;
+  surface_points(body, points);
+  samples_.reserve(shape.samples.size());
+  for (const SurfaceSample& s : shape.samples)
+    samples_.push_back(s.weights[0] * points[s.vertices[0]] + s.weights[1] * points[s.vertices[1]] +
+                       s.weights[2] * points[s.vertices[2]]);
+  low_ = high_ = samples_[0];
+  for (const SampleCluster& c : shape.clusters) {
+    Vec3 low = samples_[c.begin], high = low;
+    for (int s = c.begin; s < c.end; ++s) {
+      low = low.cwiseMin(samples_[s]);
+      high = high.cwiseMax(samples_[s]);
+    }
+    Ball ball{0.5 * (low + high), 0.0};
+    for (int s = c.begin; s < c.end; ++s)
+      ball.radius = std::max(ball.radius, (samples_[s] - ball.centre).norm());
+    balls_.push_back(ball);
+    low_ = low_.cwiseMin(low);
+    high_ = high_.cwiseMax(high);
+  }
+  if (body.r == 0) return;
+  lattice_ = shape.lattice.modes.leftCols(body.r) * body.q;
+  for (long n = 0; n + 2 < lattice_.size(); n += 3)
+    largest_shift_ = std::max(largest_shift_, lattice_.segment<3>(n).norm());
+}
+
+Vec3 DeformedBody::displacement(const Vec3& rest) const {
+  const ModeLattice::Stencil s = shape_->lattice.stencil(rest);
+  Vec3 u = Vec3::Zero();
+  for (int c = 0; c < 8; ++c) u += s.weight[c] * lattice_.segment<3>(3L * s.node[c]);
+  return u;
+}
+
+Mat3 DeformedBody::displacement_gradient(const Vec3& rest) const {
+  const ModeLattice::Stencil s = shape_->lattice.stencil(rest);
+  Mat3 G = Mat3::Zero();
+  for (int c = 0; c < 8; ++c) G += lattice_.segment<3>(3L * s.node[c]) * s.slope[c].transpose();
+  return G;
+}
+
+double DeformedBody::least_gap(const Vec3& x) const {
+  return shape_->sdf().value(R_.transpose() * (x - centre_)) - largest_shift_;
+}
+
+// Newton's method for X + u(X) = y; where the modes fold space over there is no answer.
+bool DeformedBody::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
+  constexpr int kTurns = 10;
+  constexpr double kLeastVolume = 0.1;  // det(1 + du/dX) of a fold
+  const double close = 1e-6 * shape_->sdf().spacing;
+  rest = y - displacement(y);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    stretch = Mat3::Identity() + displacement_gradient(rest);
+    if (stretch.determinant() < kLeastVolume) return false;
+    const Vec3 step = stretch.inverse() * (y - rest - displacement(rest));
+    rest += step;
+    if (step.norm() <= close) return true;
+  }
+  return (y - rest - displacement(rest)).norm() < 0.1 * shape_->sdf().spacing;
+}
+
+bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
+  Vec3 rest = R_.transpose() * (x - centre_);
+  Mat3 stretch = Mat3::Identity();
+  if (lattice_.size() > 0 && !undeform(Vec3(rest), rest, stretch)) return false;
+  const double distance = shape_->sdf().value(rest);
+  if (distance > kLargestSlope * within) return false;
+  // grad_y phi(X(y)) = (1 + du/dX)^-T grad phi
+  Vec3 g = smooth_gradient(shape_->sdf(), rest);
+  if (lattice_.size() > 0) g = stretch.transpose().inverse() * g;
+  const double slope = std::max(g.norm(), 1e-12);
+  at = {distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
+  return at.gap <= within;
+}
+
+MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {
+  MatX modes = MatX::Zero(3, r);
+  if (r == 0) return modes;
+  const ModeLattice::Stencil s = shape.lattice.stencil(rest);
+  for (int c = 0; c < 8; ++c)
+    modes += s.weight[c] * shape.lattice.modes.block(3L * s.node[c], 0, 3, r);
+  return modes;
+}
+
+}  // namespace archetide

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/contact/contact_shape.h"
+
+namespace archetide {
+
+/// A place seen from a solid.
+struct SolidPoint {
+  double gap = 0.0;            // m, negative inside
+  Vec3 normal = Vec3::Zero();  // unit, outward, world
+  Vec3 rest = Vec3::Zero();    // of a body: the place in its rest shape, m
+};
+
+/// What surface samples may touch.
+class TouchedSolid {
+ public:
+  virtual ~TouchedSolid() = default;
+  /// At most the gap at x, m, up to the solid's own strain; cheap.
+  virtual double least_gap(const Vec3& x) const = 0;
+  /// False, at the least cost, if the gap is certainly larger than `within` (m).
+  virtual bool locate(const Vec3& x, double within, SolidPoint& at) const = 0;
+};
+
+/// A closed side of the tank.
+class WallSolid : public TouchedSolid {
+ public:
+  WallSolid(const Vec3& inward, double offset) : normal_(inward), offset_(offset) {}
+  double least_gap(const Vec3& x) const override { return normal_.dot(x) - offset_; }
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override {
+    at = {least_gap(x), normal_, Vec3::Zero()};
+    return at.gap <= within;
+  }
+
+ private:
+  Vec3 normal_;
+  double offset_;  // n . x on the wall, m
+};
+
+/// An obstacle: a closed outward surface that stays.
+class StaticSolid : public TouchedSolid {
+ public:
+  /// `spacing`: wanted distance of the nodes of its signed distance, m; 0: a 64th of its length.
+  StaticSolid(const TriMesh& surface, double spacing);
+  double least_gap(const Vec3& x) const override { return sdf_.value(x); }
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override;
+  const Vec3& low() const { return low_; }
+  const Vec3& high() const { return high_; }
+
+ private:
+  GridSdf sdf_;
+  Vec3 low_, high_;
+};
+
+/// One body at one configuration: its samples in space, and, as a solid, the inverse of its
+/// deformation, X + u(X) = y on the mode lattice: O(1) a query after O(lattice r) of set-up, and
+/// nothing that outlives the search.
+class DeformedBody : public TouchedSolid {
+ public:
+  DeformedBody(const ReducedBody& body, const ContactShape& shape);
+
+  const ContactShape& shape() const { return *shape_; }
+  const Vec3& centre() const { return centre_; }
+  const std::vector<Vec3>& samples() const { return samples_; }  // world, m
+  Vec3 normal(int sample) const { return R_ * shape_->samples[sample].normal; }
+  struct Ball {
+    Vec3 centre;
+    double radius;
+  };
+  const std::vector<Ball>& balls() const { return balls_; }  // one per cluster
+  const Vec3& low() const { return low_; }                   // of the samples
+  const Vec3& high() const { return high_; }
+
+  double least_gap(const Vec3& x) const override;
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override;
+
+ private:
+  bool undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const;
+  Vec3 displacement(const Vec3& rest) const;
+  Mat3 displacement_gradient(const Vec3& rest) const;
+
+  const ContactShape* shape_;
+  Mat3 R_;
+  Vec3 centre_;
+  std::vector<Vec3> samples_;
+  std::vector<Ball> balls_;
+  Vec3 low_, high_;
+  VecX lattice_;                // 3 x nodes, displacement in the body frame, m
+  double largest_shift_ = 0.0;  // m
+};
+
+/// Modes of the body at a place of its rest shape, 3 x r, body frame.
+MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r);
+
+}  // namespace archetide

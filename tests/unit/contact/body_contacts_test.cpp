@@ -1,0 +1,197 @@
+// Where bodies touch and what contact impulses do to them.
+#include "runtime/contact/body_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/dry_body.h"
+#include "tests/support/synthetic_archetype.h"
+
+namespace archetide {
+namespace {
+
+Vec3 total_momentum(const std::vector<ReducedBody>& bodies) {
+  Vec3 P = Vec3::Zero();
+  for (const ReducedBody& b : bodies) P += b.P;
+  return P;
+}
+
+Vec3 total_angular_momentum(const std::vector<ReducedBody>& bodies) {
+  Vec3 L = Vec3::Zero();
+  for (const ReducedBody& b : bodies) L += b.L + b.position.cross(b.P);
+  return L;
+}
+
+BodyContactOptions frictional(double restitution) {
+  BodyContactOptions o;
+  o.restitution = restitution;
+  o.friction = 0.4;
+  o.tolerance = 1e-3;
+  o.gravity = 9.81;
+  return o;
+}
+
+TEST(SurfaceSamples, LeaveNoGapWiderThanTheirSpacingOnEdgesAndFaces) {
+  const TriMesh box = box_surface(Vec3(0.4, 0.3, 0.2), 0);
+  const double spacing = 0.05;
+  const std::vector<SurfaceSample> samples = surface_samples(box, spacing);
+  double widest = 0.0;
+  std::srand(3);
+  for (int trial = 0; trial < 500; ++trial) {
+    // a random place of the surface
+    const Vec3i& t = box.triangles[std::rand() % box.triangles.size()];
+    Vec3 w = Vec3::Random().cwiseAbs();
+    w /= w.sum();
+    const Vec3 x =
+        w[0] * box.vertices[t[0]] + w[1] * box.vertices[t[1]] + w[2] * box.vertices[t[2]];
+    double nearest = INFINITY;
+    for (const SurfaceSample& s : samples) {
+      Vec3 y = Vec3::Zero();
+      for (int c = 0; c < 3; ++c) y += s.weights[c] * box.vertices[s.vertices[c]];
+      nearest = std::min(nearest, (x - y).norm());
+    }
+    widest = std::max(widest, nearest);
+  }
+  // no place is farther from a sample than an edge's part
+  EXPECT_LE(widest, spacing);
+}
+
+TEST(DeformedBody, PlacesGoBackToTheRestShape) {
+  const SyntheticBody synthetic = random_archetype(8, 6);
+  const auto shape = contact_shape(synthetic.archetype);
+  ReducedBody body = make_body(synthetic.archetype, 6);
+  body.position = Vec3(0.3, -0.2, 0.1);
+  body.rotation = Quat(0.9, 0.2, -0.3, 0.1).normalized();
+  // 10 % of the size
+  body.q = 0.1 * shape->reach.rest / shape->reach.modes.maxCoeff() * VecX::Ones(6) / 3.0;
+  const DeformedBody deformed(body, *shape);
+  double worst = 0.0, largest = 0.0;
+  for (std::size_t v = 0; v < synthetic.archetype->surface.vertices.size(); ++v) {
+    SolidPoint at;
+    ASSERT_TRUE(deformed.locate(surface_point(body, static_cast<int>(v)), 0.1, at));
+    worst = std::max(worst, (at.rest - synthetic.archetype->surface.vertices[v]).norm());
+    const VecX u =
+        synthetic.archetype->surface_modes.middleRows<3>(3 * static_cast<long>(v)) * body.q;
+    largest = std::max(largest, u.norm());
+  }
+  // modes are quadratic, the lattice's fit linear over neighbours: a few percent of the
+  // displacement
+  std::printf("displacement %.4f m, inverse off by %.2e m\n", largest, worst);
+  EXPECT_GT(largest, 0.02);
+  EXPECT_LE(worst, 0.05 * largest);
+}
+
+/// Two soft bodies that run into each other off centre, spinning and vibrating.
+std::vector<ReducedBody> oblique_pair(const SyntheticBody& synthetic) {
+  std::vector<ReducedBody> bodies(2, make_body(synthetic.archetype, 6));
+  const double m = synthetic.archetype->integrals.mass;
+  bodies[0].P = m * Vec3(1.0, 0.3, 0.0);
+  bodies[1].P = m * Vec3(-1.5, 0.1, -0.2);
+  bodies[0].L = Vec3(0.3, -0.5, 0.2);
+  bodies[1].rotation = Quat(0.9, 0.2, -0.3, 0.1).normalized();
+  bodies[1].position = Vec3(0.42, 0.1, 0.06);
+  for (ReducedBody& b : bodies) b.q_dot = 0.2 * VecX::LinSpaced(6, -1.0, 1.0);
+  return bodies;
+}
+
+struct Impact : ::testing::TestWithParam<double> {};
+
+TEST_P(Impact, KeepsMomentumAndAddsNoEnergy) {
+  const SyntheticBody synthetic = random_archetype(8, 6);
+  std::vector<ReducedBody> bodies = oblique_pair(synthetic);
+  const std::vector<ReducedBody> before = bodies;
+  BodyContacts contacts(frictional(GetParam()), bodies, Surroundings());
+  const BodyContacts::Result met = contacts.resolve(bodies, {2.0, 2.0}, 1e-6);
+  ASSERT_GT(met.penetration.touching, 0);
+  const double gained = (bodies[0].P - before[0].P).norm();
+  EXPECT_GT(gained, 1.0);
+  // action and reaction: round-off of the sums
+  EXPECT_LE((total_momentum(bodies) - total_momentum(before)).norm(), 1e-14 * gained);
+  EXPECT_LE((total_angular_momentum(bodies) - total_angular_momentum(before)).norm(),
+            1e-14 * gained);
+  double energy = 0.0, energy_before = 0.0;
+  for (const ReducedBody& b : bodies) energy += kinetic_energy(b) + elastic_energy(b);
+  for (const ReducedBody& b : before) energy_before += kinetic_energy(b) + elastic_energy(b);
+  EXPECT_LE(energy, energy_before * (1 + 1e-12));
+}
+INSTANTIATE_TEST_SUITE_P(Restitution, Impact, ::testing::Values(0.0, 0.5, 1.0));
+
+TEST(ContactSystem, ImpulsesPushObeyCoulombAndStopTheApproach) {
+  const SyntheticBody synthetic = random_archetype(8, 6);
+  const std::vector<ReducedBody> bodies = oblique_pair(synthetic);
+  const auto shape = contact_shape(synthetic.archetype);
+  const std::vector<const ContactShape*> shapes(2, shape.get());
+  const std::vector<BodyContact> contacts =
+      find_contacts(bodies, shapes, Surroundings(), {1e-4, 1e-4}, {});
+  ASSERT_GE(contacts.size(), 2u);
+  std::vector<ConfigurationTerms> terms;
+  std::vector<GeneralisedMass> H;
+  std::vector<VecX> y;
+  for (const ReducedBody& b : bodies) {
+    terms.push_back(configuration_terms(b, current_configuration(b), ModalMass::kExact));
+    H.push_back(
+        generalised_mass(b, terms.back(), 0.01, Stage::kVelocityFull, ModalStep::kTrapezoid));
+    y.push_back(generalised_velocity(b, terms.back()));
+  }
+  std::vector<ContactBody> masses;
+  for (int b = 0; b < 2; ++b) masses.push_back({&bodies[b], shape.get(), &terms[b], &H[b]});
+  const ContactSystem system(contacts, masses);
+  ContactSolveOptions options;
+  options.friction = 0.4;
+  options.tolerance = 1e-13;
+  std::vector<Vec3> lambda(contacts.size(), Vec3::Zero());
+  system.solve(VecX::Zero(static_cast<long>(contacts.size())), options, lambda, y);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Vec3 v = system.velocity(k, y);
+    EXPECT_GE(lambda[k][0], 0.0);
+    EXPECT_GE(v[0], -1e-7);
+    EXPECT_LE(lambda[k][0] * v[0], 1e-5);
+    EXPECT_LE(lambda[k].tail<2>().norm(), 0.4 * lambda[k][0] * (1 + 1e-12));
+  }
+}
+
+TEST(Surroundings, ObstaclesAndWallsAreMetAtTheirSurfaces) {
+  const auto ball = rigid_surface_archetype(icosphere(3, 0.1), 1000.0);
+  std::vector<ReducedBody> bodies = {make_body(ball, 0)};
+  bodies[0].position = Vec3(0.5, 0.5, 0.1);
+  TriMesh block = box_surface(Vec3(0.2, 0.2, 0.2), 0);
+  for (Vec3& x : block.vertices) x += Vec3(0.7, 0.5, 0.1);
+  Sides closed{};
+  closed[kZMin] = true;
+  const Surroundings around(Vec3::Zero(), Vec3::Ones(), closed, {block}, 0.01);
+  const auto shape = contact_shape(ball);
+  const std::vector<BodyContact> contacts =
+      find_contacts(bodies, {shape.get()}, around, {1e-3}, {});
+  double floor_gap = INFINITY, block_gap = INFINITY;
+  for (const BodyContact& c : contacts) {
+    if (c.b == -1) {
+      floor_gap = std::min(floor_gap, c.gap);
+      EXPECT_EQ(c.normal, Vec3::UnitZ());
+    } else {
+      block_gap = std::min(block_gap, c.gap);
+      EXPECT_NEAR(c.normal.dot(-Vec3::UnitX()), 1.0, 1e-6);
+    }
+  }
+  // the ball's vertices reach to within its facets' sagitta, 0.1 (1 - cos(edge / 2R)) = 1e-4
+  EXPECT_NEAR(floor_gap, 0.0, 2e-4);
+  EXPECT_NEAR(block_gap, 0.0, 2e-4);
+}
+
+TEST(Merged, CoincidentBodiesAreTakenApartAlongDirectionsOfTheirIndices) {
+  const auto ball = rigid_surface_archetype(icosphere(2, 0.1), 1000.0);
+  const std::vector<ReducedBody> bodies(3, make_body(ball, 0));
+  const auto shape = contact_shape(ball);
+  const std::vector<const ContactShape*> shapes(3, shape.get());
+  const auto contacts = find_contacts(bodies, shapes, Surroundings(), {1e-5, 1e-5, 1e-5}, {});
+  ASSERT_EQ(contacts.size(), 3u);
+  for (const BodyContact& c : contacts) {
+    EXPECT_EQ(c.sample, -1);
+    EXPECT_NEAR(c.normal.norm(), 1.0, 1e-14);
+    EXPECT_LT(c.gap, -0.05);
+  }
+  EXPECT_GT((contacts[0].normal - contacts[1].normal).norm(), 0.1);
+}
+
+}  // namespace
+}  // namespace archetide
