@@ -170,7 +170,7 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
   }
   const Expectation e = expect(op.water().unknowns(), patches_, light);
   // Where much is saved, a tie goes to fewer iterations (on small grids the cost is overestimated).
-  const double worth = e.saved > 10.0 ? 0.4 : 0.8;
+  const double worth = e.saved > 10.0 ? 0.4 : 1.5;
   const bool pays = choice == DeflationChoice::kAlways || e.saved > worth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
 #pragma omp parallel for schedule(dynamic)
