@@ -8,6 +8,7 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
+#include "precompute/defects.h"
 #include "precompute/sdf.h"
 #include "precompute/surface_io.h"
 #include "precompute/tet_io.h"
@@ -28,7 +29,9 @@ template <class Work>
 auto blaming(const Recipe& recipe, Work work) {
   try {
     return work();
-  } catch (InputError& error) {
+  } catch (const SurfaceDefects&) {
+    throw;  // about the mesh file
+  } catch (const InputError& error) {
     std::vector<Diagnostic> list = error.diagnostics;
     for (Diagnostic& d : list) {
       if (d.where.file.empty()) d.where.file = recipe.path;
@@ -46,10 +49,10 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
   }
   body.quality = measure_quality(body.tets, 0.0);
   try {
-    require_quality(body.quality, QualityLimits{}, "mesh file " + recipe.mesh_path,
+    require_quality(body.tets, body.quality, QualityLimits{}, "mesh file " + recipe.mesh_path,
                     "mesh the body again");
-  } catch (const NumericsError& error) {
-    throw InputError(error.what());  // the tets are the user's
+  } catch (const TetDefects& error) {  // the tets are the user's
+    throw SurfaceDefects({{{}, error.what(), ""}}, error.offenders);
   }
   return body;
 }
@@ -65,7 +68,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   TriMesh surface;
   {
     const ScopedTimer timer(profile, "intake");
-    surface = accept_surface(file, recipe.scale, body.intake);
+    surface = accept_surface(file, recipe.scale, recipe.repair, body.intake);
   }
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,

@@ -11,13 +11,14 @@
 #include "common/check.h"
 #include "common/input_error.h"
 #include "precompute/build.h"
+#include "precompute/defects.h"
 #include "precompute/inspect.h"
 
 namespace archetide {
 namespace {
 
 struct CommandLine {
-  std::string input, output, depfile, log_file;
+  std::string input, output, depfile, defects, log_file;
   int threads = 1;
   int mode = 0;
   double amplitude = -1.0;  // m; negative: a tenth of the body's size
@@ -37,11 +38,40 @@ constexpr char kExamples[] =
 
 // ---- verbs --------------------------------------------------------------------------------------
 
+/// "out/duck.h5" -> "out/duck" + ending
+std::string beside(const std::string& output, const std::string& ending) {
+  return std::filesystem::path(output).replace_extension().string() + ending;
+}
+
+/// Runs `work`; the elements that an error is about go to a PLY, which the message then names.
+template <class Work>
+auto showing_offenders(const std::string& path, Work work) {
+  std::filesystem::remove(path);  // of an earlier attempt
+  const auto write = [&path](const Offenders& error) {
+    if (error.offenders.triangles.empty()) return std::string();
+    write_ply(path, error.offenders);
+    return "the elements in question: " + path;
+  };
+  try {
+    return work();
+  } catch (const SurfaceDefects& error) {
+    std::vector<Diagnostic> list = error.diagnostics;
+    const std::string note = write(error);
+    if (!note.empty()) list.back().hint += "\n  " + note;
+    throw InputError(list);
+  } catch (const TetDefects& error) {
+    const std::string note = write(error);
+    throw NumericsError(error.what() + (note.empty() ? "" : "\n  " + note));
+  }
+}
+
 void build(const CommandLine& c, Log& log) {
   const Recipe recipe = read_recipe(c.input);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
-  const Archetype a = build_archetype(recipe, log, profile);
+  const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
+  const Archetype a =
+      showing_offenders(defects, [&] { return build_archetype(recipe, log, profile); });
   {
     const ScopedTimer timer(profile, "write");
     write_archetype(c.output, a);
@@ -53,7 +83,8 @@ void build(const CommandLine& c, Log& log) {
 void check(const CommandLine& c, Log& log) {
   Profile profile;
   const Recipe recipe = read_recipe(c.input);
-  std::cout << mesh_text(recipe, mesh_body(recipe, log, profile));
+  const auto mesh = [&] { return mesh_body(recipe, log, profile); };
+  std::cout << mesh_text(recipe, c.defects.empty() ? mesh() : showing_offenders(c.defects, mesh));
   log.detail(phase_table(profile));
 }
 
@@ -106,10 +137,14 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   build_verb.add_option("--depfile", c.depfile,
                         "also write a make fragment: OUT.h5 and what it depends on");
 
+  build_verb.add_option("--defects", c.defects,
+                        "where the elements that are wrong go (default: OUT.defects.ply)");
+
   CLI::App& check_verb =
       add_verb(app, "check", "Read and validate a body file, mesh it and report; no modes", check,
                c, chosen);
   check_verb.add_option("body", c.input, "body file, NAME.body.toml")->required();
+  check_verb.add_option("--defects", c.defects, "write the elements that are wrong to this PLY");
 
   CLI::App& info_verb = add_verb(app, "info", "Print what an archetype holds", info, c, chosen);
   info_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();

@@ -28,6 +28,26 @@ std::vector<Key> body_keys() {
        .range = above(0),
        .fallback = "1.0",
        .meaning = "factor from mesh coordinates to metres"},
+      {.path = "repair",
+       .type = kString,
+       .fallback = "\"none\"",
+       .choices = {"none", "fill", "union", "wrap"},
+       .meaning = "of a surface that does not bound a body: fill holes, unite overlapping closed "
+                  "parts, wrap whatever is there from outside; none: refuse it"},
+      {.path = "wrap.alpha",
+       .type = kNumber,
+       .unit = "m",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning =
+           "a wrap closes gaps narrower than twice this; 0 = a fiftieth of the diagonal, and "
+           "cones over the holes first"},
+      {.path = "wrap.offset",
+       .type = kNumber,
+       .unit = "m",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning = "how far outside the input a wrap lies; 0 = wrap.alpha / 30"},
       {.path = "seed",
        .type = kInteger,
        .range = between(0, std::numeric_limits<int>::max()),
@@ -125,6 +145,16 @@ std::string beside(const std::string& path, const std::string& name) {
   return (std::filesystem::path(path).parent_path() / name).string();
 }
 
+RepairOptions read_repair(const Section& root) {
+  RepairOptions repair;
+  const std::string kind = root.string("repair");
+  for (const Repair r : {Repair::kFill, Repair::kUnion, Repair::kWrap})
+    if (kind == name_of(r)) repair.kind = r;
+  repair.alpha = root.number("wrap.alpha");
+  repair.offset = root.number("wrap.offset");
+  return repair;
+}
+
 }  // namespace
 
 const Schema& body_schema() {
@@ -145,6 +175,7 @@ Recipe read_recipe(const std::string& path) {
   r.mesh_where = root.location("mesh");
   r.scale = root.number("scale");
 
+  r.repair = read_repair(root);
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");
   r.tet.seed = static_cast<unsigned>(root.integer("seed"));

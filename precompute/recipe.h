@@ -5,6 +5,7 @@
 #include "common/schema.h"
 #include "precompute/elasticity.h"
 #include "precompute/modes.h"
+#include "precompute/repair.h"
 #include "precompute/tetrahedralize.h"
 
 namespace archetide {
@@ -18,6 +19,7 @@ struct Recipe {
   std::string mesh_path;  // relative to where the program runs
   SourceLocation mesh_where;
   double scale = 1.0;         // file coordinates to m
+  RepairOptions repair;       // for surfaces
   TetrahedralizeOptions tet;  // for surfaces
   Material material;
   double alpha = 0.0, beta = 0.0;  // Rayleigh damping, 1/s and s

@@ -123,7 +123,7 @@ TEST(Quality, NamesEveryDefect) {
   for (Vec3& x : flat.nodes) x[2] *= 0.01;
   const TetQuality thin = measure_quality(flat, 0.0101);
   EXPECT_LT(thin.min_dihedral, 1.0);
-  EXPECT_THROW(require_quality(thin, {}, "cgal", "hint"), NumericsError);
+  EXPECT_THROW(require_quality(flat, thin, {}, "cgal", "hint"), NumericsError);
   EXPECT_FALSE(quality_complaints(measure_quality(cube, 1.02), {}).empty());  // volume off by 2 %
 }
 
