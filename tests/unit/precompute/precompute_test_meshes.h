@@ -60,6 +60,12 @@ inline TriMesh joined(TriMesh a, const TriMesh& b) {
   return a;
 }
 
+/// Facing the other way.
+inline TriMesh turned(TriMesh mesh) {
+  for (Vec3i& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
+}
+
 /// Corners at distance 1 on the axes.
 inline TriMesh octahedron() {
   TriMesh mesh;
