@@ -1,11 +1,16 @@
-#include "runtime/output/base64.h"
+#include "common/base64.h"
 
 #include <cstdint>
 
 namespace archetide {
+namespace {
+
+constexpr std::string_view kDigits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+}  // namespace
 
 std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
   out.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
@@ -16,6 +21,24 @@ std::string base64(std::string_view bytes) {
       out += i + d > bytes.size() ? '=' : kDigits[group >> (18 - 6 * d) & 63];
   }
   return out;
+}
+
+bool from_base64(std::string_view text, std::string& bytes) {
+  bytes.clear();
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
+    const std::size_t digit = kDigits.find(c);
+    if (digit == kDigits.npos) return false;
+    group = group << 6 | static_cast<std::uint32_t>(digit);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>(group >> bits & 255);
+  }
+  return true;
 }
 
 }  // namespace archetide

@@ -8,9 +8,10 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
+#include "common/surface_io.h"
 #include "precompute/defects.h"
+#include "precompute/memory.h"
 #include "precompute/sdf.h"
-#include "precompute/surface_io.h"
 #include "precompute/tet_io.h"
 
 namespace archetide {
@@ -73,6 +74,10 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
                " faces, volume ", body.intake.volume, " m^3"));
+  demand_memory(
+      least_memory(recipe.tet.target, 1, recipe.modes.count),
+      join(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
+      "lower tet.target or modes.count");
   const ScopedTimer timer(profile, "mesh");
   TetrahedralizeResult result = tetrahedralize(surface, recipe.tet);
   body.tets = std::move(result.mesh);
@@ -138,6 +143,14 @@ void take_modes(ModesResult&& modes, Archetype& a) {
   }
 }
 
+void note_intake(const IntakeReport& intake, BuildRecord& record) {
+  record.notes = intake.notes();
+  record.surface_volume = intake.volume;
+  record.surface_area = intake.area;
+  record.surface_centroid = intake.centroid;
+  record.surface_inertia = intake.inertia;
+}
+
 std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
@@ -168,17 +181,26 @@ BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile) {
   });
 }
 
-Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
+Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, BuildRecord* record) {
   Archetype a;
+  BuildRecord unused;
+  BuildRecord& rec = record ? *record : unused;
+  const auto note_memory = [&rec](const char* step) {
+    rec.memory.emplace_back(step, peak_memory());
+  };
   BodyMesh body = mesh_body(recipe, log, profile);
+  note_intake(body.intake, rec);
+  note_memory("mesh");
   describe_material(recipe, a);
   take_mesh(std::move(body), a);
   log.say(join("tets: ", a.tets.tets.size(), ", ", 3 * a.tets.nodes.size(),
                " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ", a.min_dihedral,
                " degrees, radius ratio ", a.min_radius_ratio));
   sample_surface(a, profile);
+  note_memory("surface");
   ModesResult modes = blaming(
       recipe, [&] { return compute_modes(a.tets, recipe.material, recipe.modes, profile); });
+  note_memory("modes");
   warn_about_modes(modes, log);
   take_modes(std::move(modes), a);
   log.say(modes_line(a));

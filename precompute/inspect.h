@@ -4,14 +4,18 @@
 
 #include "common/archetype.h"
 #include "precompute/build.h"
+#include "precompute/build_record.h"
 
 namespace archetide {
 
 /// What `info` prints: for people, or as JSON with the keys volume, mass, center, inertia,
-/// frequencies_hz, residuals, quality, hash, bytes and provenance. `file_bytes`: size of the
-/// archetype's file.
-std::string info_text(const Archetype& a, std::size_t file_bytes);
-std::string info_json(const Archetype& a, std::size_t file_bytes);
+/// frequencies_hz, residuals, quality, surface (the solid that it encloses, exact), orthogonality,
+/// hash, bytes, provenance and, where it was recorded, build. `file_bytes`: size of the archetype's
+/// file.
+std::string info_text(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record = {});
+std::string info_json(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record = {});
 
 /// What `check` prints about a mesh.
 std::string mesh_text(const Recipe& recipe, const BodyMesh& body);

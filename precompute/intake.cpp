@@ -7,11 +7,11 @@
 #include <numeric>
 #include <sstream>
 
+#include "common/surface_formats.h"
+#include "common/surface_topology.h"
+#include "common/weld.h"
 #include "precompute/defects.h"
 #include "precompute/nesting.h"
-#include "precompute/surface_formats.h"
-#include "precompute/surface_topology.h"
-#include "precompute/weld.h"
 
 namespace archetide {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "common/surface_io.h"
 #include "precompute/repair.h"
-#include "precompute/surface_io.h"
 
 namespace archetide {
 

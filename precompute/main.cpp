@@ -1,7 +1,9 @@
 #include <omp.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -13,12 +15,14 @@
 #include "precompute/build.h"
 #include "precompute/defects.h"
 #include "precompute/inspect.h"
+#include "precompute/report.h"
 
 namespace archetide {
 namespace {
 
 struct CommandLine {
   std::string input, output, depfile, defects, log_file;
+  std::vector<std::string> archetypes;
   int threads = 1;
   int mode = 0;
   double amplitude = -1.0;  // m; negative: a tenth of the body's size
@@ -29,7 +33,9 @@ constexpr char kExitCodes[] =
     "\nExit codes:\n"
     "  0 done   1 our bug   2 your input (command line, body file, mesh)   3 the numbers (quality, "
     "residual)\n"
-    "  4 a file is missing, damaged or of another version   5 the machine (disk, memory)\n";
+    "  4 a file is missing, damaged or of another version   5 the machine (disk, memory)\n"
+    "  75 stopped by SIGINT or SIGTERM; an older OUT.h5 stays as it was\n"
+    "ARCHETIDE_MEMORY_LIMIT=4G refuses (exit 5) what would take more memory than that.\n";
 
 constexpr char kExamples[] =
     "\nExamples:\n"
@@ -37,11 +43,6 @@ constexpr char kExamples[] =
     "  archetide-precompute info build/bodies/torus.h5 --json\n";
 
 // ---- verbs --------------------------------------------------------------------------------------
-
-/// "out/duck.h5" -> "out/duck" + ending
-std::string beside(const std::string& output, const std::string& ending) {
-  return std::filesystem::path(output).replace_extension().string() + ending;
-}
 
 /// Runs `work`; the elements that an error is about go to a PLY, which the message then names.
 template <class Work>
@@ -65,18 +66,35 @@ auto showing_offenders(const std::string& path, Work work) {
   }
 }
 
+/// X.part of the output in the making, for the handler below.
+std::string unfinished;
+
+/// On SIGINT and SIGTERM: nothing half-written stays.
+extern "C" void stop(int) {
+  ::unlink(unfinished.c_str());
+  constexpr char kText[] = "stopped; nothing was written\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+  ::_exit(kExitStopped);
+}
+
 void build(const CommandLine& c, Log& log) {
+  unfinished = c.output + ".part";
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
   const Recipe recipe = read_recipe(c.input);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
   const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
+  BuildRecord record;
   const Archetype a =
-      showing_offenders(defects, [&] { return build_archetype(recipe, log, profile); });
+      showing_offenders(defects, [&] { return build_archetype(recipe, log, profile, &record); });
   {
     const ScopedTimer timer(profile, "write");
-    write_archetype(c.output, a);
+    record.hash = write_archetype(c.output, a);
     if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
   }
+  record.take_seconds(profile);
+  write_record(c.output, record);
   log.say(phase_table(profile));
 }
 
@@ -91,7 +109,13 @@ void check(const CommandLine& c, Log& log) {
 void info(const CommandLine& c, Log&) {
   const Archetype a = read_archetype(c.input);
   const std::size_t bytes = std::filesystem::file_size(c.input);
-  std::cout << (c.json ? info_json(a, bytes) : info_text(a, bytes));
+  const std::optional<BuildRecord> record = read_record(c.input, a.content_hash);
+  std::cout << (c.json ? info_json(a, bytes, record) : info_text(a, bytes, record));
+}
+
+void report(const CommandLine& c, Log& log) {
+  write_archetype_report(c.output, c.archetypes);
+  log.say(c.output + ": " + std::to_string(c.archetypes.size()) + " archetypes");
 }
 
 void export_tets(const CommandLine& c, Log& log) {
@@ -162,6 +186,12 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
       .add_option("--amplitude", c.amplitude,
                   "largest displacement, m (default: a tenth of the longest side)")
       ->check(CLI::NonNegativeNumber);
+
+  CLI::App& report_verb =
+      add_verb(app, "report", "Write one page about archetypes: quality, mass, modes, pictures",
+               report, c, chosen);
+  report_verb.add_option("archetypes", c.archetypes, "archetypes, OUT.h5")->required();
+  report_verb.add_option("-o,--output", c.output, "page to write, report.html")->required();
 
   CLI::App& schema_verb =
       add_verb(app, "schema", "List every key of a body file", print_schema, c, chosen);

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 
 namespace archetide {
 

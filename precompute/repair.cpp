@@ -7,11 +7,11 @@
 #include <sstream>
 
 #include "common/input_error.h"
+#include "common/surface_formats.h"
+#include "common/weld.h"
 #include "precompute/intake.h"
 #include "precompute/nesting.h"
 #include "precompute/repair_steps.h"
-#include "precompute/surface_formats.h"
-#include "precompute/weld.h"
 
 namespace archetide {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 
 namespace archetide {
 

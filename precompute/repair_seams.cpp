@@ -3,9 +3,9 @@
 #include <numeric>
 #include <set>
 
+#include "common/surface_topology.h"
+#include "common/weld.h"
 #include "precompute/repair_steps.h"
-#include "precompute/surface_topology.h"
-#include "precompute/weld.h"
 
 namespace archetide {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 
 namespace archetide {
 namespace {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "common/input_error.h"
+#include "common/surface_topology.h"
 #include "precompute/defects.h"
 #include "precompute/intake.h"
 #include "precompute/meshers.h"
 #include "precompute/restore_volume.h"
-#include "precompute/surface_topology.h"
 
 namespace archetide {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "common/input_error.h"
+#include "common/surface_topology.h"
 #include "precompute/defects.h"
 #include "precompute/meshers.h"
-#include "precompute/surface_topology.h"
 
 namespace archetide {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 #include "shapes.h"
 
 namespace archetide::testing_meshes {

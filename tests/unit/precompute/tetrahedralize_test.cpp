@@ -6,7 +6,7 @@
 #include "precompute/defects.h"
 #include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

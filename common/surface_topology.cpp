@@ -1,4 +1,4 @@
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "precompute/weld.h"
+#include "common/weld.h"
 
 #include <array>
 #include <map>
