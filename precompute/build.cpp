@@ -60,6 +60,10 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
 
 BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   BodyMesh body;
+  demand_memory(
+      least_memory(recipe.tet.target, 1, recipe.modes.count),
+      join(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
+      "lower tet.target or modes.count");
   body.mesher = recipe.tet.mesher == Mesher::kCgal ? "cgal" : "gmsh";
   SurfaceFile file;
   {
@@ -74,10 +78,6 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
                " faces, volume ", body.intake.volume, " m^3"));
-  demand_memory(
-      least_memory(recipe.tet.target, 1, recipe.modes.count),
-      join(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
-      "lower tet.target or modes.count");
   const ScopedTimer timer(profile, "mesh");
   TetrahedralizeResult result = tetrahedralize(surface, recipe.tet);
   body.tets = std::move(result.mesh);
@@ -177,7 +177,7 @@ BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile) {
     if (is_surface_file(recipe.mesh_path)) return mesh_from_surface(recipe, log, profile);
     throw InputError(
         {Diagnostic{recipe.mesh_where, "unknown kind of mesh file \"" + recipe.mesh + "\"",
-                    "use .obj, .off, .ply or .stl (surface), .msh or .mesh (tets)"}});
+                    "use .obj, .off, .ply or .stl (surface), .msh, .vtu or .mesh (tets)"}});
   });
 }
 

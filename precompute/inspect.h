@@ -28,4 +28,9 @@ double longest_side(const Archetype& a);
 /// with the displacement as a field. Throws InputError when there is no such mode, MachineError.
 void write_vtu(const std::string& path, const Archetype& a, int mode, double amplitude);
 
+/// Writes the tets at rest with every mode as a vector field mode_1 .. mode_r as VTKHDF, which
+/// ParaView 5.11 opens under a name that ends in .hdf. The modes stand once, in /modes (r x n x 3);
+/// the fields are views of it. Throws MachineError.
+void write_vtkhdf(const std::string& path, const Archetype& a);
+
 }  // namespace archetide

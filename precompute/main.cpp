@@ -120,7 +120,14 @@ void report(const CommandLine& c, Log& log) {
 
 void export_tets(const CommandLine& c, Log& log) {
   const Archetype a = read_archetype(c.input);
-  write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
+  if (c.output.ends_with(".hdf")) {
+    if (c.mode != 0)
+      throw InputError("--mode with a .hdf, which holds the rest shape and all modes",
+                       "leave --mode out, and warp by the vector mode_K in ParaView");
+    write_vtkhdf(c.output, a);
+  } else {
+    write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
+  }
   log.say(c.output + ": " + std::to_string(a.tets.tets.size()) + " tets");
 }
 
@@ -177,7 +184,10 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   CLI::App& export_verb = add_verb(app, "export", "Write the tets of an archetype for ParaView",
                                    export_tets, c, chosen);
   export_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();
-  export_verb.add_option("-o,--output", c.output, "file to write, F.vtu")->required();
+  export_verb
+      .add_option("-o,--output", c.output,
+                  "file to write, F.vtu, or F.hdf (VTKHDF: rest shape and all modes)")
+      ->required();
   export_verb
       .add_option("--mode", c.mode,
                   "displace by this mode, counted from 1 (0: rest shape, modes as fields)")

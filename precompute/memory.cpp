@@ -73,9 +73,9 @@ double limit_of_environment() {
   return factor * value;
 }
 
-std::string gigabytes(double bytes) {
+std::string megabytes(double bytes) {
   std::ostringstream text;
-  text << std::fixed << std::setprecision(2) << bytes / 1e9 << " GB";
+  text << std::fixed << std::setprecision(0) << bytes / 1e6 << " MB";
   return text.str();
 }
 
@@ -99,7 +99,7 @@ double peak_memory() {
 void demand_memory(double bytes, const std::string& what, const std::string& hint) {
   const double available = available_memory();
   if (bytes <= available) return;
-  throw MachineError(what + " needs " + gigabytes(bytes) + " of memory, " + gigabytes(available) +
+  throw MachineError(what + " needs " + megabytes(bytes) + " of memory, " + megabytes(available) +
                      " are available\n  " + hint);
 }
 

@@ -28,16 +28,15 @@ struct View {
   double scale;
   double width, height;
 
-  View(const Eigen::AlignedBox3d& box, int w, int h) : middle(box.center()), width(w), height(h) {
+  View(const std::vector<Vec3>& frame, double margin, int w, int h) : width(w), height(h) {
     const Vec3 away = Vec3(-0.45, 1.0, -0.5).normalized();
     const Vec3 right = away.cross(Vec3::UnitZ()).normalized();
     axes << right.transpose(), away.cross(right).transpose(), away.transpose();
-    Vec3 reach = Vec3::Zero();
-    for (int c = 0; c < 8; ++c) {
-      const Vec3 corner = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c)) - middle;
-      reach = reach.cwiseMax((axes * corner).cwiseAbs());
-    }
-    scale = kFill * std::min(width / (2 * reach[0]), height / (2 * reach[1]));
+    Eigen::AlignedBox3d box;  // along the axes
+    for (const Vec3& x : frame) box.extend(axes * x);
+    middle = axes.transpose() * box.center();
+    const Vec3 size = box.sizes() + Vec3::Constant(2 * margin);
+    scale = kFill * std::min(width / size[0], height / size[1]);
   }
   Vec3 operator()(const Vec3& x) const {
     return scale * (axes * (x - middle)) + Vec3(width / 2, height / 2, 0);
@@ -86,8 +85,8 @@ void draw_triangle(Canvas& canvas, const std::array<Vec3, 3>& at,
 }  // namespace
 
 Image draw_surface(const TriMesh& surface, const std::vector<double>& value,
-                   const Eigen::AlignedBox3d& box, int width, int height) {
-  const View view(box, kSamples * width, kSamples * height);
+                   const std::vector<Vec3>& frame, double margin, int width, int height) {
+  const View view(frame, margin, kSamples * width, kSamples * height);
   Canvas canvas{Image(kSamples * width, kSamples * height), {}};
   std::fill(canvas.image.rgb.begin(), canvas.image.rgb.end(), std::uint8_t{255});
   canvas.depth.assign(canvas.image.rgb.size() / 3, std::numeric_limits<double>::infinity());

@@ -22,7 +22,8 @@ std::vector<Key> body_keys() {
       {.path = "mesh",
        .type = kString,
        .fallback = "required",
-       .meaning = "surface (.obj, .off, .ply, .stl) or tets (.msh, .mesh), relative to this file"},
+       .meaning =
+           "surface (.obj, .off, .ply, .stl) or tets (.msh, .vtu, .mesh), relative to this file"},
       {.path = "scale",
        .type = kNumber,
        .range = above(0),

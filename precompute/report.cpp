@@ -37,7 +37,7 @@ figure img{width:100%;display:block}figcaption{padding:4px 10px;color:#666;font-
 svg{width:100%;height:auto;display:block;font:11px system-ui,sans-serif}
 table{border-collapse:collapse;background:#fff;margin:6px 0 14px;font-variant-numeric:tabular-nums}
 td,th{border:1px solid #dde1e5;padding:4px 10px;text-align:right}
-td:first-child,th:first-child{text-align:left}th{background:#eef1f4;font-weight:600}
+td:first-child,th:first-child,.facts td{text-align:left}th{background:#eef1f4;font-weight:600}
 )";
 
 struct Subject {
@@ -76,7 +76,8 @@ std::string facts(const Subject& s) {
   const auto line = [](const std::string& name, const std::string& value) {
     return row({name, html_text(value)});
   };
-  return "<table>" + line("file", s.path) + line("made by", a.generator + ", " + a.blas) +
+  return "<table class=\"facts\">" + line("file", s.path) +
+         line("made by", a.generator + ", " + a.blas) +
          line("mesh", a.mesh_file + ", mesher " + a.mesher + ", " + a.mass_kind + " mass") +
          line("tets", std::to_string(a.tets.tets.size()) + " with " +
                           std::to_string(a.tets.nodes.size()) + " nodes; surface of " +
@@ -172,12 +173,10 @@ std::string picture(const Archetype& a, int k) {
   std::vector<double> moved;
   const TriMesh shape = displaced(a, k, largest, moved);
   for (double& u : moved) u = k < 0 ? 0.35 : u / largest;
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : a.surface.vertices) box.extend(x);
-  const Vec3 margin = Vec3::Constant(0.5 * largest);
-  box.extend(Vec3(box.min() - margin)).extend(Vec3(box.max() + margin));
   return "<figure><img alt=\"\" src=\"data:image/png;base64," +
-         base64(png_bytes(draw_surface(shape, moved, box, kWidth, kHeight))) + "\"/><figcaption>" +
+         base64(png_bytes(
+             draw_surface(shape, moved, a.surface.vertices, 0.5 * largest, kWidth, kHeight))) +
+         "\"/><figcaption>" +
          (k < 0 ? "at rest"
                 : "mode " + std::to_string(k + 1) + ", " + number(frequencies_hz(a)[k], "%.4g") +
                       " Hz") +

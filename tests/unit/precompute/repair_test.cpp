@@ -330,7 +330,9 @@ void expect_model(const std::string& name, Repair kind, double volume, double ma
 // differ by the sag over the holes); suzanne has none, so only that its wraps at two sizes agree.
 TEST(SlowModels, Spot) { expect_model("spot.obj", Repair::kNone, 0.718259, 1e-5); }
 TEST(SlowModels, Fandisk) { expect_model("fandisk.obj", Repair::kNone, 20.2434, 1e-5); }
-TEST(SlowModels, BunnyFilled) { expect_model("stanford-bunny.obj", Repair::kFill, 7.552e-4, 0.005); }
+TEST(SlowModels, BunnyFilled) {
+  expect_model("stanford-bunny.obj", Repair::kFill, 7.552e-4, 0.005);
+}
 TEST(SlowModels, BunnyWrapped) { expect_model("stanford-bunny.obj", Repair::kWrap, 7.75e-4, 0.02); }
 TEST(SlowModels, SuzanneWrapped) { expect_model("suzanne.obj", Repair::kWrap, 2.24, 0.03); }
 

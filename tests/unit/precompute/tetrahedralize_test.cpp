@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "common/input_error.h"
+#include "common/surface_topology.h"
 #include "precompute/defects.h"
 #include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
-#include "common/surface_topology.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {
