@@ -95,7 +95,9 @@ TEST(Interrupt, LeavesTheOldArchetype) {
       EXPECT_EQ(child.stop(signal), signal == SIGKILL ? -SIGKILL : 75) << phase;
       EXPECT_EQ(bytes_of(out), old) << phase << signal;
       EXPECT_EQ(bytes_of(folder.file("ball.build.json")), record);
-      if (signal != SIGKILL) EXPECT_FALSE(std::filesystem::exists(out + ".part"));
+      if (signal != SIGKILL) {
+        EXPECT_FALSE(std::filesystem::exists(out + ".part"));
+      }
     }
   }
   Child child(command);

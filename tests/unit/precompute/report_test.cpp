@@ -1,8 +1,10 @@
 #include "precompute/report.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <numeric>
 #include <sstream>
 
 #include "common/hdf5_file.h"
@@ -14,6 +16,7 @@
 #include "precompute/inspect.h"
 #include "precompute/memory.h"
 #include "precompute/picture.h"
+#include "precompute/shifted_cholesky.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {
@@ -277,24 +280,36 @@ TEST(Memory, ABodyThatDoesNotFitIsRefusedBeforeMeshing) {
   EXPECT_EQ(profile.seconds("mesh"), 0.0);
 }
 
+/// Bytes that this process uses now.
+double resident() {
+  double pages = 0.0;
+  std::ifstream in("/proc/self/statm");
+  in >> pages >> pages;
+  return pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
 TEST(Memory, AFactorThatDoesNotFitIsRefusedBeforeItIsMade) {
-  const ScratchFolder folder;
-  write_ply(folder.file("ball.ply"), shapes::sphere(1.0, 3));
-  const Recipe recipe = read_recipe(folder.write(
-      "ball.body.toml",
-      "schema = 1\nmesh = \"ball.ply\"\ntet = { target = 30_000 }\n"
-      "material = { density = 800.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 2 }\n"));
-  // The factor takes 60 MB; what meshing and assembly left over stays resident.
-  Log log(Log::Level::kQuiet);
-  Profile profile;
-  const double used = peak_memory();
-  const std::string room = std::to_string(static_cast<long>((used + 110e6) / 1024)) + "K";
-  const Variable limit(room.c_str());
+  // Every row is joined to the last 3000: a factor of 60 MB (1000 x 3000 and half of 3000 x 3000).
+  constexpr int kRows = 4000, kDense = 3000;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < kRows; ++i) {
+    entries.emplace_back(i, i, 2.0 * kRows);
+    for (int j = std::max(i + 1, kRows - kDense); j < kRows; ++j) {
+      entries.emplace_back(i, j, 1.0);
+      entries.emplace_back(j, i, 1.0);
+    }
+  }
+  SparseMatrix matrix(kRows, kRows);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  std::vector<int> ordering(kRows);
+  std::iota(ordering.begin(), ordering.end(), 0);
+  const Variable limit(std::to_string(static_cast<long>(resident() + 20e6)).c_str());
   try {
-    build_archetype(recipe, log, profile);
+    ShiftedCholesky factor(matrix, ordering);
     FAIL();
   } catch (const MachineError& error) {
-    EXPECT_NE(std::string(error.what()).find("the factor of the stiffness ("), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("the factor of the stiffness (4000 unknowns) needs"),
+              std::string::npos)
         << error.what();
   }
 }

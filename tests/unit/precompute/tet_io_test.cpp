@@ -61,12 +61,13 @@ std::string as_vtu(Encoding e, const std::string& head_attributes = "", int cell
       "<?xml version=\"1.0\"?>\n<VTKFile type='UnstructuredGrid' version=\"0.1\" "
       "byte_order=\"LittleEndian\" " +
       head_attributes +
-      ">\n<UnstructuredGrid><Piece NumberOfPoints=\"27\" NumberOfCells=\"49\">\n<PointData>\n" +
-      array(e, "Float32", "heat", points, appended) + "</PointData>\n<Points>\n" +
-      array(e, "Float32", "Points", points, appended) + "</Points>\n<Cells>\n" +
-      array(e, "Int64", "connectivity", corners, appended) +
-      array(e, "Int64", "offsets", ends, appended) + array(e, "UInt8", "types", types, appended) +
-      "</Cells>\n</Piece></UnstructuredGrid>\n";
+      ">\n<UnstructuredGrid><Piece NumberOfPoints=\"27\" NumberOfCells=\"49\">\n<PointData>\n";
+  text += array(e, "Float32", "heat", points, appended);
+  text += "</PointData>\n<Points>\n" + array(e, "Float32", "Points", points, appended);
+  text += "</Points>\n<Cells>\n" + array(e, "Int64", "connectivity", corners, appended);
+  text += array(e, "Int64", "offsets", ends, appended);
+  text += array(e, "UInt8", "types", types, appended);
+  text += "</Cells>\n</Piece></UnstructuredGrid>\n";
   if (!appended.empty())
     text += std::string("<AppendedData encoding=\"") +
             (e == Encoding::kAppendedRaw ? "raw" : "base64") + "\">\n_" + appended +
