@@ -29,8 +29,8 @@ TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
 TriMesh remesh_surface(const TriMesh& surface, double edge, double sharp_angle);
 
 /// Keeps the surface's triangles as they are; inside, edges grow no longer than `size`, but a finer
-/// surface makes finer tets whatever the size. Its generator lives as long as the process, so only
-/// the first call of a process is reproducible.
+/// surface makes finer tets whatever the size. Runs in a process of its own: its tetrahedralizer
+/// aborts on some surfaces, and only the first call of a process is reproducible.
 TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request);
 
 }  // namespace archetide

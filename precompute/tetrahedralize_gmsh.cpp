@@ -5,6 +5,7 @@
 
 #include "common/input_error.h"
 #include "common/surface_topology.h"
+#include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/meshers.h"
 
@@ -88,9 +89,7 @@ TetMesh read_tets() {
   return mesh;
 }
 
-}  // namespace
-
-TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
+TetMesh mesh_here(const TriMesh& surface, const MeshRequest& request) {
   try {
     const GmshSession session;
     gmsh::option::setNumber("Mesh.RandomSeed", request.seed);
@@ -101,6 +100,12 @@ TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
   } catch (const std::string& message) {
     throw NumericsError("gmsh could not fill the surface: " + message);
   }
+}
+
+}  // namespace
+
+TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
+  return in_child_process("gmsh", [&] { return mesh_here(surface, request); });
 }
 
 }  // namespace archetide

@@ -106,7 +106,19 @@ TEST(Interrupt, LeavesTheOldArchetype) {
   EXPECT_NO_THROW(read_archetype(out));  // the old one or the new one, whole
 }
 
-TEST(Interrupt, OffendingElementsAreNamedBesideTheOutput) {
+TEST(Program, GmshGivesTheSameArchetypeEachTime) {
+  const ScratchFolder folder;
+  write_ply(folder.file("torus.ply"), shapes::torus(0.25, 0.1, 40, 20));
+  const std::string body = folder.write(
+      "torus.body.toml",
+      "schema = 1\nmesh = \"torus.ply\"\ntet = { mesher = \"gmsh\", target = 4000 }\n"
+      "material = { density = 8.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 2 }\n");
+  for (const std::string name : {"a.h5", "b.h5"})
+    ASSERT_EQ(Child({ARCHETIDE_PRECOMPUTE_BIN, "build", body, "-o", folder.file(name)}).wait(), 0);
+  EXPECT_EQ(bytes_of(folder.file("a.h5")), bytes_of(folder.file("b.h5")));
+}
+
+TEST(Program, OffendingElementsAreNamedBesideTheOutput) {
   const ScratchFolder folder;
   TriMesh open = shapes::sphere(1.0, 2);
   open.triangles.pop_back();

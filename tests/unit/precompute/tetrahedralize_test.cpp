@@ -1,9 +1,13 @@
 #include "precompute/tetrahedralize.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
 
 #include "common/input_error.h"
 #include "common/surface_topology.h"
+#include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/restore_volume.h"
 #include "precompute/sdf.h"
@@ -101,6 +105,24 @@ TEST(Tetrahedralize, SameInputGivesTheSameCgalMesh) {
   const TetMesh b = tetrahedralize(surface, with(Mesher::kCgal, 4000)).mesh;
   EXPECT_TRUE(a.nodes == b.nodes);
   EXPECT_TRUE(a.tets == b.tets);
+}
+
+TEST(ChildProcess, HandsBackTetsErrorsAndCrashes) {
+  const TetMesh box = shapes::tet_box(3, 2, 1, 0.1);
+  const TetMesh back = in_child_process("box", [&] { return box; });
+  EXPECT_TRUE(back.nodes == box.nodes);
+  EXPECT_TRUE(back.tets == box.tets);
+  const auto message = [](const std::function<TetMesh()>& work) {
+    try {
+      in_child_process("it", work);
+    } catch (const NumericsError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message([]() -> TetMesh { throw NumericsError("no tets"); }), "no tets");
+  EXPECT_EQ(message([]() -> TetMesh { std::abort(); }), "it crashed (signal 6)");
+  EXPECT_EQ(message([]() -> TetMesh { ::_exit(0); }), "it crashed");
 }
 
 TEST(Tetrahedralize, OpenOrInsideOutSurfacesAreRefused) {
