@@ -6,6 +6,13 @@
 #include "precompute/memory.h"
 
 namespace archetide {
+namespace {
+
+/// Peak memory of the modes (the factor, ARPACK's vectors, the fronts of the Sturm count) over the
+/// factor's. Measured on tori: 3.9 at 60k tets (factor 115 MB), 4.2 at 160k (434 MB).
+constexpr double kPeakOverFactor = 4.5;
+
+}  // namespace
 
 struct ShiftedCholesky::Impl {
   CholmodCommon cholmod;
@@ -27,8 +34,8 @@ ShiftedCholesky::ShiftedCholesky(const SparseMatrix& matrix, const std::vector<i
   impl_->factor = cholmod_analyze_p(&view, const_cast<int*>(ordering.data()), nullptr, 0, common);
   impl_->cholmod.require(impl_->factor, "analysing the stiffness");
   // The size of the factor is known now: better no answer than the machine's out-of-memory killer.
-  demand_memory(8.0 * static_cast<double>(impl_->factor->xsize),
-                "the factor of the stiffness (" + std::to_string(impl_->factor->n) + " unknowns)",
+  demand_memory(kPeakOverFactor * 8.0 * static_cast<double>(impl_->factor->xsize),
+                "computing modes with " + std::to_string(impl_->factor->n) + " unknowns",
                 "lower tet.target");
   common->quick_return_if_not_posdef = 1;
   cholmod_factorize(&view, impl_->factor, common);
