@@ -466,7 +466,7 @@ void validate(const Archetype& a) {
   validate_tets(a);
 }
 
-void write_archetype(const std::string& path, const Archetype& a) {
+std::string write_archetype(const std::string& path, const Archetype& a) {
   validate(a);
   Hdf5Writer file(path);
   file.attribute("format", kFormat);
@@ -480,8 +480,10 @@ void write_archetype(const std::string& path, const Archetype& a) {
   const std::string runtime_hash = runtime.hash.hex(), full_hash = full.hash.hex();
   file.attribute("runtime_hash", runtime_hash);
   file.attribute("full_hash", full_hash);
-  file.attribute("content_hash", sha256_hex(runtime_hash + full_hash));
+  const std::string content_hash = sha256_hex(runtime_hash + full_hash);
+  file.attribute("content_hash", content_hash);
   file.commit();
+  return content_hash;
 }
 
 Archetype read_archetype(const std::string& path, Part part) {

@@ -98,8 +98,9 @@ enum class Part { kRuntime, kAll };
 /// shape).
 void validate(const Archetype& a);
 
-/// Writes atomically (X.part, sync, rename) and byte-reproducibly. Throws MachineError.
-void write_archetype(const std::string& path, const Archetype& a);
+/// Writes atomically (X.part, sync, rename) and byte-reproducibly; returns the content hash. Throws
+/// MachineError.
+std::string write_archetype(const std::string& path, const Archetype& a);
 
 /// Throws FileError: missing, not HDF5, not ours, other version, truncated, hash mismatch.
 /// `kRuntime` leaves out tets and node modes (and then the hash covers what the file stores,

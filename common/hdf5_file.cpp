@@ -41,7 +41,18 @@ void prepare_library() {
 }
 
 std::size_t item_bytes(Type type) {
-  return type == Type::kFloat64 ? 8 : type == Type::kText ? 1 : 4;
+  switch (type) {
+    case Type::kFloat64:
+    case Type::kInt64:
+      return 8;
+    case Type::kFloat32:
+    case Type::kInt32:
+      return 4;
+    case Type::kUint8:
+    case Type::kText:
+      break;
+  }
+  return 1;
 }
 
 /// A string type of fixed length (at least 1: HDF5 has no empty strings), padded with NUL.
@@ -61,6 +72,10 @@ hid_t memory_type(Type type, std::size_t text_bytes) {
       return H5Tcopy(H5T_NATIVE_FLOAT);
     case Type::kInt32:
       return H5Tcopy(H5T_NATIVE_INT32);
+    case Type::kInt64:
+      return H5Tcopy(H5T_NATIVE_INT64);
+    case Type::kUint8:
+      return H5Tcopy(H5T_NATIVE_UINT8);
     case Type::kText:
       break;
   }
@@ -75,6 +90,10 @@ hid_t file_type(Type type, std::size_t text_bytes) {
       return H5Tcopy(H5T_IEEE_F32LE);
     case Type::kInt32:
       return H5Tcopy(H5T_STD_I32LE);
+    case Type::kInt64:
+      return H5Tcopy(H5T_STD_I64LE);
+    case Type::kUint8:
+      return H5Tcopy(H5T_STD_U8LE);
     case Type::kText:
       break;
   }
@@ -118,12 +137,13 @@ void strip_padding(std::string& text) {
 
 // ---- writing ----------------------------------------------------------------------------------
 
-Hdf5Writer::Hdf5Writer(const std::string& path) : file_(path), path_(path) {
+Hdf5Writer::Hdf5Writer(const std::string& path, Format format) : file_(path), path_(path) {
   prepare_library();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // Format 1.8: its metadata carry checksums, so that a flipped bit is an error and not another
   // file.
-  H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18);
+  const H5F_libver_t version = format == Format::k18 ? H5F_LIBVER_V18 : H5F_LIBVER_V110;
+  H5Pset_libver_bounds(access.id(), version, version);
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.id(), false);
   id_ = H5Fcreate(file_.part().c_str(), H5F_ACC_TRUNC, creation.id(), access.id());
@@ -156,6 +176,52 @@ void Hdf5Writer::write(const std::string& name, const DataArray& data, const std
                        write_text_attribute(set.id(), "unit", unit) &&
                        write_text_attribute(set.id(), "shape", shape_text);
   if (!written) fail("field " + name + " cannot be written");
+}
+
+void Hdf5Writer::view(const std::string& name, const std::string& source,
+                      const std::vector<std::size_t>& shape, std::size_t index) {
+  std::vector<hsize_t> whole(shape.begin(), shape.end()), start(shape.size(), 0), size = whole;
+  start[0] = index;
+  size[0] = 1;
+  const Handle from(H5Screate_simple(static_cast<int>(whole.size()), whole.data(), nullptr),
+                    H5Sclose);
+  const Handle to(H5Screate_simple(static_cast<int>(whole.size()) - 1, whole.data() + 1, nullptr),
+                  H5Sclose);
+  H5Sselect_hyperslab(from.id(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr);
+  if (!make_groups(id_, name)) fail("group of " + name + " cannot be made");
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation.id(), false);
+  H5Pset_virtual(creation.id(), to.id(), ".", source.c_str(), from.id());
+  const Handle set(H5Dcreate2(id_, name.c_str(), H5T_IEEE_F64LE, to.id(), H5P_DEFAULT,
+                              creation.id(), H5P_DEFAULT),
+                   H5Dclose);
+  if (!set.valid()) fail("view " + name + " cannot be written");
+}
+
+void Hdf5Writer::group_attribute(const std::string& group, const std::string& name,
+                                 const std::string& text) {
+  const Handle object(H5Gopen2(id_, group.c_str(), H5P_DEFAULT), H5Gclose);
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);  // ASCII, unlike our own attributes
+  H5Tset_size(type.id(), text.size());
+  H5Tset_strpad(type.id(), H5T_STR_NULLPAD);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(
+      H5Acreate2(object.id(), name.c_str(), type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  if (!attribute.valid() || H5Awrite(attribute.id(), type.id(), text.c_str()) < 0)
+    fail("attribute " + name + " cannot be written");
+}
+
+void Hdf5Writer::group_attribute(const std::string& group, const std::string& name,
+                                 const std::vector<std::int64_t>& list) {
+  const Handle object(H5Gopen2(id_, group.c_str(), H5P_DEFAULT), H5Gclose);
+  const hsize_t size = list.size();
+  const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const Handle attribute(
+      H5Acreate2(object.id(), name.c_str(), H5T_STD_I64LE, space.id(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  if (!attribute.valid() || H5Awrite(attribute.id(), H5T_NATIVE_INT64, list.data()) < 0)
+    fail("attribute " + name + " cannot be written");
 }
 
 void Hdf5Writer::attribute(const std::string& name, const std::string& text) {
@@ -223,6 +289,10 @@ DataArray Hdf5Reader::read(const std::string& name) const {
       data.type = Type::kFloat32;
     else if (kind == H5T_INTEGER && size == 4)
       data.type = Type::kInt32;
+    else if (kind == H5T_INTEGER && size == 8)
+      data.type = Type::kInt64;
+    else if (kind == H5T_INTEGER && size == 1)
+      data.type = Type::kUint8;
     else
       fail("field " + name + " has a type that this program does not read");
     const int rank = H5Sget_simple_extent_ndims(space.id());

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "common/surface_topology.h"
+
 namespace archetide {
 namespace {
 

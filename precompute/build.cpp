@@ -10,9 +10,11 @@
 #include "common/input_error.h"
 #include "common/mesh_sdf.h"
 #include "common/sha256.h"
+#include "common/surface_io.h"
+#include "precompute/defects.h"
 #include "precompute/frequency_error.h"
+#include "precompute/memory.h"
 #include "precompute/restore_volume.h"
-#include "precompute/surface_io.h"
 #include "precompute/tet_element.h"
 #include "precompute/tet_io.h"
 
@@ -32,7 +34,9 @@ template <class Work>
 auto blaming(const Recipe& recipe, Work work) {
   try {
     return work();
-  } catch (InputError& error) {
+  } catch (const SurfaceDefects&) {
+    throw;  // about the mesh file
+  } catch (const InputError& error) {
     std::vector<Diagnostic> list = error.diagnostics;
     for (Diagnostic& d : list) {
       if (d.where.file.empty()) d.where.file = recipe.path;
@@ -51,16 +55,20 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
   }
   body.quality = measure_quality(body.tets, 0.0);
   try {
-    require_quality(body.quality, QualityLimits{}, "mesh file " + recipe.mesh_path,
+    require_quality(body.tets, body.quality, QualityLimits{}, "mesh file " + recipe.mesh_path,
                     "mesh the body again");
-  } catch (const NumericsError& error) {
-    throw InputError(error.what());  // the tets are the user's
+  } catch (const TetDefects& error) {  // the tets are the user's
+    throw SurfaceDefects({{{}, error.what(), ""}}, error.offenders);
   }
   return body;
 }
 
 BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   BodyMesh body;
+  demand_memory(
+      least_memory(recipe.tet.target, recipe.tet.order, recipe.modes.count),
+      join(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
+      "lower tet.target or modes.count");
   body.mesher = recipe.tet.mesher == Mesher::kCgal ? "cgal" : "gmsh";
   SurfaceFile file;
   {
@@ -70,7 +78,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   TriMesh surface;
   {
     const ScopedTimer timer(profile, "intake");
-    surface = accept_surface(file, recipe.scale, body.intake);
+    surface = accept_surface(file, recipe.scale, recipe.repair, body.intake);
   }
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
@@ -192,6 +200,14 @@ void take_modes(ModesResult&& modes, Archetype& a) {
   }
 }
 
+void note_intake(const IntakeReport& intake, BuildRecord& record) {
+  record.notes = intake.notes();
+  record.surface_volume = intake.volume;
+  record.surface_area = intake.area;
+  record.surface_centroid = intake.centroid;
+  record.surface_inertia = intake.inertia;
+}
+
 std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
@@ -224,13 +240,20 @@ BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile) {
     if (is_surface_file(recipe.mesh_path)) return mesh_from_surface(recipe, log, profile);
     throw InputError(
         {Diagnostic{recipe.mesh_where, "unknown kind of mesh file \"" + recipe.mesh + "\"",
-                    "use .obj, .off, .ply or .stl (surface), .msh or .mesh (tets)"}});
+                    "use .obj, .off, .ply or .stl (surface), .msh, .vtu or .mesh (tets)"}});
   });
 }
 
-Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
+Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, BuildRecord* record) {
   Archetype a;
+  BuildRecord unused;
+  BuildRecord& rec = record ? *record : unused;
+  const auto note_memory = [&rec](const char* step) {
+    rec.memory.emplace_back(step, peak_memory());
+  };
   BodyMesh body = mesh_body(recipe, log, profile);
+  note_intake(body.intake, rec);
+  note_memory("mesh");
   describe_material(recipe, a);
   const MaterialField materials = blaming(recipe, [&] { return take_mesh(body, recipe, a); });
   log.say(join("tets: ", a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, " : " linear, ",
@@ -238,9 +261,11 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile) {
                " m^3, smallest dihedral ", a.min_dihedral, " degrees, radius ratio ",
                a.min_radius_ratio));
   sample_surface(a, profile);
+  note_memory("surface");
   const ModesOptions options = take_points(recipe, a);
   ModesResult modes =
       blaming(recipe, [&] { return compute_modes(a.tets, materials, options, profile); });
+  note_memory("modes");
   warn_about_modes(modes, options.count, log);
   const int vibration = modes.vibration_modes();
   take_modes(std::move(modes), a);

@@ -4,6 +4,7 @@
 
 #include "common/archetype.h"
 #include "common/profile.h"
+#include "precompute/build_record.h"
 #include "precompute/intake.h"
 #include "precompute/log.h"
 #include "precompute/recipe.h"
@@ -23,8 +24,10 @@ struct BodyMesh {
 /// Phases read, intake and mesh go to `profile`.
 BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile);
 
-/// Recipe -> archetype: the whole of the precompute except writing the file.
-Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile);
+/// Recipe -> archetype: the whole of the precompute except writing the file. `record` (if any) gets
+/// the peak memory after each step and what intake found.
+Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile,
+                          BuildRecord* record = nullptr);
 
 /// Seconds by phase and their sum, in one line.
 std::string phase_table(const Profile& profile);

@@ -3,6 +3,14 @@
 // Shared by the two CGAL translation units only: one mesh domain type per unit keeps the compiler
 // small.
 
+// CGAL dumps files into the current folder when it gives up: not here.
+#define CGAL_MESH_3_DUMP_C3T3_H
+#include <string>
+namespace CGAL {
+template <class C3t3>
+void dump_c3t3(const C3t3&, const std::string&) {}
+}  // namespace CGAL
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
 #include <CGAL/Mesh_criteria_3.h>
@@ -14,6 +22,7 @@
 
 #include <unordered_map>
 
+#include "common/input_error.h"
 #include "precompute/meshers.h"
 
 namespace archetide::cgal {
@@ -33,6 +42,24 @@ inline Polyhedron to_polyhedron(const TriMesh& surface) {
   Polyhedron polyhedron;
   CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, faces, polyhedron);
   return polyhedron;
+}
+
+/// A point on the surface and a short way across it.
+struct Seed {
+  Kernel::Point_3 point;
+  Kernel::Vector_3 across;
+};
+
+inline std::vector<Seed> seeds(const TriMesh& surface, const MeshRequest& request) {
+  std::vector<Seed> list;
+  for (const int t : request.seeds) {
+    const Vec3 &a = surface.vertices[surface.triangles[t][0]],
+               &b = surface.vertices[surface.triangles[t][1]],
+               &c = surface.vertices[surface.triangles[t][2]];
+    const Vec3 x = (a + b + c) / 3.0, n = 1e-3 * (b - a).cross(c - a).normalized() * (b - a).norm();
+    list.push_back({{x[0], x[1], x[2]}, {n[0], n[1], n[2]}});
+  }
+  return list;
 }
 
 /// Nodes in the order in which the cells mention them, so unused points vanish.
@@ -69,11 +96,14 @@ TetMesh mesh_domain(const Domain& domain, const MeshRequest& request) {
                           params::facet_size = request.size,
                           params::facet_distance = request.facet_distance,
                           params::cell_radius_edge_ratio = 2.0, params::cell_size = request.size);
-  const C3t3 c3t3 = CGAL::make_mesh_3<C3t3>(
-      domain, criteria, params::no_lloyd(), params::no_odt(),
-      params::perturb(params::time_limit = 0.0, params::sliver_bound = request.sliver_bound),
-      params::no_exude(), params::manifold());
-  return to_tet_mesh(c3t3);
+  try {
+    return to_tet_mesh(CGAL::make_mesh_3<C3t3>(
+        domain, criteria, params::no_lloyd(), params::no_odt(),
+        params::perturb(params::time_limit = 0.0, params::sliver_bound = request.sliver_bound),
+        params::no_exude(), params::manifold()));
+  } catch (const CGAL::Failure_exception& error) {
+    throw NumericsError("CGAL could not fill the surface: " + error.message());
+  }
 }
 
 }  // namespace archetide::cgal

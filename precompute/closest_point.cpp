@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "precompute/sdf.h"
+#include "common/mesh_sdf.h"
 
 namespace archetide {
 namespace {

@@ -1,27 +1,26 @@
 #include "precompute/inspect.h"
 
-#include <cmath>
 #include <iomanip>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <sstream>
 #include <vector>
+
+#include "precompute/archetype_figures.h"
 
 namespace archetide {
 namespace {
 
-std::vector<double> frequencies(const Archetype& a) {
-  std::vector<double> hz;
-  for (const double w2 : a.omega2) hz.push_back(std::sqrt(w2) / (2 * std::numbers::pi));
-  return hz;
-}
-
-/// About the centre of mass, kg m^2: I = tr(S) 1 - S.
-Mat3 inertia(const Archetype& a) {
-  return a.integrals.Sxx.trace() * Mat3::Identity() - a.integrals.Sxx;
-}
+using Json = nlohmann::ordered_json;
 
 std::vector<double> list(const Vec3& x) { return {x[0], x[1], x[2]}; }
+
+Json rows(const Mat3& m) { return {list(m.row(0)), list(m.row(1)), list(m.row(2))}; }
+
+Json object(const std::vector<std::pair<std::string, double>>& pairs) {
+  Json out = Json::object();
+  for (const auto& [name, value] : pairs) out[name] = value;
+  return out;
+}
 
 void line(std::ostringstream& text, const std::string& name, const std::string& value) {
   text << std::left << std::setw(14) << name << ' ' << value << '\n';
@@ -35,11 +34,14 @@ std::string join(const Parts&... parts) {
   return text.str();
 }
 
+std::string percent(double x, double reference) { return join(100 * (x / reference - 1), " %"); }
+
 std::string row(const Vec3& x) { return join(x[0], "  ", x[1], "  ", x[2]); }
 
 }  // namespace
 
-std::string info_text(const Archetype& a, std::size_t file_bytes) {
+std::string info_text(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record) {
   std::ostringstream text;
   line(text, "name", a.name);
   line(text, "made by",
@@ -59,20 +61,36 @@ std::string info_text(const Archetype& a, std::size_t file_bytes) {
   for (int i = 0; i < 3; ++i) {
     line(text, i == 0 ? "inertia" : "", row(inertia(a).row(i)) + (i == 0 ? " kg m^2" : ""));
   }
+  const SolidFigures solid = solid_of_surface(a);
+  line(text, "surface's",
+       join("mass ", percent(solid.mass, a.integrals.mass), ", centre ", solid.centre.norm(),
+            " m away, inertia ", (solid.inertia - inertia(a)).norm() / inertia(a).norm(),
+            " (relative; divergence theorem)"));
   line(text, "modes", std::to_string(a.r()));
   for (int k = 0; k < a.r(); ++k) {
-    line(text, "", join(k + 1, ": ", frequencies(a)[k], " Hz, residual ", a.residuals[k]));
+    line(text, "", join(k + 1, ": ", frequencies_hz(a)[k], " Hz, residual ", a.residuals[k]));
   }
+  const Orthogonality o = orthogonality(a);
+  line(text, "orthogonality",
+       join("modes ", o.mass, " kg, translations ", o.translation, ", rotations ", o.rotation));
   line(text, "distance grid",
        join(a.sdf.nodes[0], " x ", a.sdf.nodes[1], " x ", a.sdf.nodes[2], " nodes, spacing ",
             a.sdf.spacing, " m"));
   line(text, "hash", a.content_hash);
   line(text, "bytes", std::to_string(file_bytes));
+  if (!record) return text.str();
+  std::string seconds, peaks;
+  for (const auto& [phase, value] : record->seconds) seconds += join(phase, " ", value, "  ");
+  for (const auto& [step, value] : record->memory) peaks += join(step, " ", value / 1e6, "  ");
+  line(text, "seconds", seconds);
+  line(text, "peak MB", peaks);
+  for (const std::string& note : record->notes) line(text, "intake", note);
   return text.str();
 }
 
-std::string info_json(const Archetype& a, std::size_t file_bytes) {
-  nlohmann::ordered_json out;
+std::string info_json(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record) {
+  Json out;
   out["name"] = a.name;
   out["generator"] = a.generator;
   out["mesh"] = {{"file", a.mesh_file}, {"sha256", a.mesh_hash}};
@@ -88,14 +106,27 @@ std::string info_json(const Archetype& a, std::size_t file_bytes) {
   out["volume"] = a.volume;
   out["mass"] = a.integrals.mass;
   out["center"] = list(a.centre);
-  out["inertia"] = {list(inertia(a).row(0)), list(inertia(a).row(1)), list(inertia(a).row(2))};
-  out["frequencies_hz"] = frequencies(a);
+  out["inertia"] = rows(inertia(a));
+  out["frequencies_hz"] = frequencies_hz(a);
   out["is_static"] = a.is_static;
   out["frequency_error"] = std::vector<double>(a.frequency_error.begin(), a.frequency_error.end());
   out["residuals"] = std::vector<double>(a.residuals.begin(), a.residuals.end());
   out["quality"] = {{"min_dihedral_deg", a.min_dihedral}, {"min_radius_ratio", a.min_radius_ratio}};
+  const SolidFigures solid = solid_of_surface(a);
+  out["surface"] = {{"volume", solid.mass / a.density},
+                    {"mass", solid.mass},
+                    {"center", list(a.centre + solid.centre)},
+                    {"inertia", rows(solid.inertia)}};
+  const Orthogonality o = orthogonality(a);
+  out["orthogonality"] = {
+      {"modes", o.mass}, {"translations", o.translation}, {"rotations", o.rotation}};
   out["hash"] = a.content_hash;
   out["bytes"] = file_bytes;
+  if (record) {
+    out["build"] = {{"seconds", object(record->seconds)},
+                    {"peak_memory_bytes", object(record->memory)},
+                    {"notes", record->notes}};
+  }
   return out.dump(2) + "\n";
 }
 

@@ -4,14 +4,18 @@
 
 #include "common/archetype.h"
 #include "precompute/build.h"
+#include "precompute/build_record.h"
 
 namespace archetide {
 
 /// What `info` prints: for people, or as JSON with the keys volume, mass, center, inertia,
-/// frequencies_hz, residuals, quality, hash, bytes and provenance. `file_bytes`: size of the
-/// archetype's file.
-std::string info_text(const Archetype& a, std::size_t file_bytes);
-std::string info_json(const Archetype& a, std::size_t file_bytes);
+/// frequencies_hz, residuals, quality, surface (the solid that it encloses, exact), orthogonality,
+/// hash, bytes, provenance and, where it was recorded, build. `file_bytes`: size of the archetype's
+/// file.
+std::string info_text(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record = {});
+std::string info_json(const Archetype& a, std::size_t file_bytes,
+                      const std::optional<BuildRecord>& record = {});
 
 /// What `check` prints about a mesh.
 std::string mesh_text(const Recipe& recipe, const BodyMesh& body);
@@ -23,5 +27,10 @@ double longest_side(const Archetype& a);
 /// vector field; mode 1..r: the shape displaced by that mode, the farthest node by `amplitude` (m),
 /// with the displacement as a field. Throws InputError when there is no such mode, MachineError.
 void write_vtu(const std::string& path, const Archetype& a, int mode, double amplitude);
+
+/// Writes the tets at rest with every mode as a vector field mode_1 .. mode_r as VTKHDF, which
+/// ParaView 5.11 opens under a name that ends in .hdf. The modes stand once, in /modes (r x n x 3);
+/// the fields are views of it. Throws MachineError.
+void write_vtkhdf(const std::string& path, const Archetype& a);
 
 }  // namespace archetide

@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <sstream>
 
-#include "common/input_error.h"
-#include "precompute/surface_formats.h"
-#include "precompute/surface_topology.h"
+#include "common/surface_formats.h"
+#include "common/surface_topology.h"
+#include "common/weld.h"
+#include "precompute/defects.h"
+#include "precompute/nesting.h"
 
 namespace archetide {
 namespace {
@@ -19,22 +22,35 @@ constexpr double kFlat =
 
 /// A surface on its way in, with the file's face number of every triangle.
 struct Candidate {
-  const SurfaceFile& file;
+  const std::string& path;
   TriMesh mesh;
   std::vector<int> face_numbers;  // nf, 1-based
 };
 
-// ---- words ------------------------------------------------------------------------------------
+/// Defects found so far, and the triangles that show them.
+struct Findings {
+  const Candidate& surface;
+  std::vector<Diagnostic> list;
+  std::vector<int> triangles;
 
-std::string place(const Vec3& x) {
-  std::ostringstream text;
-  text.precision(6);
-  text << "(" << x[0] << ", " << x[1] << ", " << x[2] << ")";
-  return text.str();
-}
+  /// "3 degenerate faces: face 4 at (..); face 9 at (..); ..."
+  template <class List, class Describe>
+  void add(const List& items, const std::string& name, Describe describe, const std::string& hint) {
+    std::string text = name + ": ";
+    for (std::size_t i = 0; i < std::min(items.size(), kNamed); ++i) {
+      text += (i ? "; " : "") + describe(items[i]);
+    }
+    if (items.size() > kNamed) text += "; ...";
+    list.push_back({{surface.path, 0, 0}, text, hint});
+  }
+  void throw_if_any() const {
+    if (!list.empty()) throw SurfaceDefects(list, part_of(surface.mesh, triangles));
+  }
+};
 
-std::string counted(std::size_t n, const std::string& one, const std::string& many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
+/// Refuses the surface as a whole.
+[[noreturn]] void refuse_all(const Candidate& c, const std::string& what, const std::string& hint) {
+  throw SurfaceDefects({{{c.path, 0, 0}, what, hint}}, c.mesh);
 }
 
 std::string face(const Candidate& c, int t) { return "face " + std::to_string(c.face_numbers[t]); }
@@ -42,18 +58,6 @@ std::string face(const Candidate& c, int t) { return "face " + std::to_string(c.
 Vec3 middle(const TriMesh& mesh, int t) {
   const Vec3i& corners = mesh.triangles[t];
   return (mesh.vertices[corners[0]] + mesh.vertices[corners[1]] + mesh.vertices[corners[2]]) / 3.0;
-}
-
-/// "3 degenerate faces: face 4 at (..); face 9 at (..); ..."
-template <class List, class Describe>
-Diagnostic defect(const Candidate& c, const List& list, const std::string& name, Describe describe,
-                  const std::string& hint) {
-  std::string text = name + ": ";
-  for (std::size_t i = 0; i < std::min(list.size(), kNamed); ++i) {
-    text += (i ? "; " : "") + describe(list[i]);
-  }
-  if (list.size() > kNamed) text += "; ...";
-  return {{c.file.path, 0, 0}, text, hint};
 }
 
 // ---- steps: collect_.. lists defects, demand_.. passes or throws ------------------------------
@@ -64,87 +68,60 @@ void demand_finite(const SurfaceFile& file) {
     if (!file.mesh.vertices[v].allFinite()) bad.push_back(v);
   }
   if (bad.empty()) return;
-  const Candidate c{file, {}, {}};
-  throw InputError({defect(
-      c, bad, counted(bad.size(), "vertex", "vertices") + " with a coordinate that is not a number",
+  const Candidate c{file.path, {}, {}};
+  Findings found{c, {}, {}};
+  found.add(
+      bad, counted(bad.size(), "vertex", "vertices") + " with a coordinate that is not a number",
       [&](int v) {
         return "vertex " + std::to_string(v + 1) + " at " + place(file.mesh.vertices[v]);
       },
-      "export the mesh again; NaN or infinity cannot be placed")});
+      "export the mesh again; NaN or infinity cannot be placed");
+  throw InputError(found.list);
 }
 
-/// One vertex for equal coordinates; triangles that lose a corner by it and vertices without a face
-/// are dropped.
-Candidate weld(const SurfaceFile& file, IntakeReport& report) {
-  Candidate c{file, {}, {}};
-  const auto key = [](const Vec3& x) {
-    return std::array{x[0] + 0.0, x[1] + 0.0, x[2] + 0.0};
-  };  // -0 is 0
-  std::map<std::array<double, 3>, int> first_with;
-  std::vector<int> same_as, number(file.mesh.vertices.size(), -1);
-  for (int v = 0; v < static_cast<int>(file.mesh.vertices.size()); ++v) {
-    const auto [found, is_new] = first_with.try_emplace(key(file.mesh.vertices[v]), v);
-    same_as.push_back(found->second);
-    if (!is_new) ++report.welded;
-  }
-  for (std::size_t t = 0; t < file.mesh.triangles.size(); ++t) {
-    const Vec3i corners = file.mesh.triangles[t].unaryExpr([&](int v) { return same_as[v]; });
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
-      ++report.collapsed;
-      continue;
-    }
-    c.mesh.triangles.push_back(corners);
-    c.face_numbers.push_back(file.face_numbers[t]);
-    for (const int v : corners) number[v] = 0;
-  }
-  for (int v = 0; v < static_cast<int>(number.size()); ++v) {
-    if (number[v] < 0) {
-      if (same_as[v] == v) ++report.unused;
-      continue;
-    }
-    number[v] = static_cast<int>(c.mesh.vertices.size());
-    c.mesh.vertices.push_back(file.mesh.vertices[v]);
-  }
-  for (Vec3i& corners : c.mesh.triangles)
-    corners = corners.unaryExpr([&](int v) { return number[v]; });
-  if (c.mesh.triangles.empty()) refuse(file.path, 0, "all faces have repeated corners");
+Candidate weld_file(const SurfaceFile& file, IntakeReport& report) {
+  Weld w = weld(file.mesh);
+  report.welded = w.welded;
+  report.unused = w.unused;
+  report.collapsed = w.collapsed;
+  if (w.mesh.triangles.empty()) refuse(file.path, 0, "all faces have repeated corners");
+  Candidate c{file.path, std::move(w.mesh), {}};
+  for (const int t : w.kept) c.face_numbers.push_back(file.face_numbers[t]);
   return c;
 }
 
-void collect_improper_faces(const Candidate& c, std::vector<Diagnostic>& found) {
+void collect_improper_faces(const Candidate& c, Findings& found) {
   std::vector<int> flat, repeated;
   std::map<std::array<int, 3>, int> seen;
   for (int t = 0; t < static_cast<int>(c.mesh.triangles.size()); ++t) {
     std::array<int, 3> key = {c.mesh.triangles[t][0], c.mesh.triangles[t][1],
                               c.mesh.triangles[t][2]};
-    const Vec3 a = c.mesh.vertices[key[1]] - c.mesh.vertices[key[0]];
-    const Vec3 b = c.mesh.vertices[key[2]] - c.mesh.vertices[key[0]];
-    // Collinear to round-off: |a × b| of three exactly collinear doubles is at most a few ulp of
-    // |a||b|.
-    if (a.cross(b).norm() <= 1e-15 * a.norm() * b.norm()) flat.push_back(t);
+    if (is_degenerate(c.mesh, t)) flat.push_back(t);
     std::sort(key.begin(), key.end());
     if (!seen.try_emplace(key, t).second) repeated.push_back(t);
   }
   const auto where = [&](int t) { return face(c, t) + " at " + place(middle(c.mesh, t)); };
+  found.triangles.insert(found.triangles.end(), flat.begin(), flat.end());
+  found.triangles.insert(found.triangles.end(), repeated.begin(), repeated.end());
   if (!flat.empty()) {
-    found.push_back(defect(c, flat,
-                           counted(flat.size(), "degenerate face", "degenerate faces") +
-                               " without area (three corners in a line)",
-                           where, "collapse or dissolve them in the modelling program"));
+    found.add(flat,
+              counted(flat.size(), "degenerate face", "degenerate faces") +
+                  " without area (three corners in a line)",
+              where,
+              "collapse or dissolve them in the modelling program, or set repair = \"fill\"");
   }
   if (!repeated.empty()) {
-    found.push_back(defect(c, repeated,
-                           counted(repeated.size(), "duplicate face", "duplicate faces"), where,
-                           "delete the copies (an internal wall or a double surface)"));
+    found.add(repeated, counted(repeated.size(), "duplicate face", "duplicate faces"), where,
+              "delete the copies (an internal wall or a double surface), or set repair = \"fill\"");
   }
 }
 
-void collect_bad_edges(const Candidate& c, const std::vector<SurfaceEdge>& edges,
-                       std::vector<Diagnostic>& found) {
+void collect_bad_edges(const Candidate& c, const std::vector<SurfaceEdge>& edges, Findings& found) {
   std::vector<const SurfaceEdge*> open, crowded;
   for (const SurfaceEdge& edge : edges) {
-    if (edge.triangles.size() == 1) open.push_back(&edge);
-    if (edge.triangles.size() > 2) crowded.push_back(&edge);
+    if (edge.triangles.size() == 2) continue;
+    (edge.triangles.size() == 1 ? open : crowded).push_back(&edge);
+    found.triangles.insert(found.triangles.end(), edge.triangles.begin(), edge.triangles.end());
   }
   const auto where = [&](const SurfaceEdge* edge) {
     std::string faces;
@@ -153,100 +130,159 @@ void collect_bad_edges(const Candidate& c, const std::vector<SurfaceEdge>& edges
            " of " + faces;
   };
   if (!open.empty()) {
-    found.push_back(defect(
-        c, open, "the surface is open: " + counted(open.size(), "boundary edge", "boundary edges"),
-        where, "fill the holes, or weld vertices that only nearly coincide"));
+    found.add(open,
+              "the surface is open: " + counted(open.size(), "boundary edge", "boundary edges"),
+              where,
+              "fill the holes, or weld vertices that only nearly coincide; or set repair = "
+              "\"fill\" (\"wrap\" for large gaps and loose parts)");
   }
   if (!crowded.empty()) {
-    found.push_back(defect(c, crowded,
-                           counted(crowded.size(), "non-manifold edge", "non-manifold edges") +
-                               " with more than two faces",
-                           where, "remove internal walls; two parts may not share an edge"));
+    found.add(crowded,
+              counted(crowded.size(), "non-manifold edge", "non-manifold edges") +
+                  " with more than two faces",
+              where,
+              "remove internal walls; two parts may not share an edge; or set repair = "
+              "\"union\" (overlapping closed parts) or \"wrap\"");
   }
 }
 
 void demand_single_fans(const Candidate& c, const std::vector<SurfaceEdge>& edges) {
   const std::vector<int> pinched = pinched_vertices(c.mesh, edges);
-  if (pinched.empty()) return;
-  throw InputError({defect(
-      c, pinched,
-      counted(pinched.size(), "non-manifold vertex", "non-manifold vertices") +
-          " where parts of the surface touch in a point",
-      [&](int v) { return place(c.mesh.vertices[v]); },
-      "separate the parts, or join them by faces")});
+  Findings found{c, {}, {}};
+  for (int t = 0; t < static_cast<int>(c.mesh.triangles.size()); ++t) {
+    for (const int v : c.mesh.triangles[t]) {
+      if (std::binary_search(pinched.begin(), pinched.end(), v)) found.triangles.push_back(t);
+    }
+  }
+  if (!pinched.empty()) {
+    found.add(
+        pinched,
+        counted(pinched.size(), "non-manifold vertex", "non-manifold vertices") +
+            " where parts of the surface touch in a point",
+        [&](int v) { return place(c.mesh.vertices[v]); },
+        "separate the parts, or join them by faces; or set repair = \"wrap\"");
+  }
+  found.throw_if_any();
 }
 
 void orient(Candidate& c, const std::vector<SurfaceEdge>& edges, IntakeReport& report) {
   report.reoriented = orient_consistently(c.mesh, edges);
   if (report.reoriented >= 0) return;
-  refuse(c.file.path, 0, "the surface has only one side (it is not orientable)",
-         "a surface that bounds a body has an inside and an outside");
+  refuse_all(c, "the surface has only one side (it is not orientable)",
+             "a surface that bounds a body has an inside and an outside");
 }
 
-TriMesh shell_mesh(const Candidate& c, const std::vector<int>& shell, int s) {
-  TriMesh part;
-  part.vertices = c.mesh.vertices;
-  for (std::size_t t = 0; t < shell.size(); ++t) {
-    if (shell[t] == s) part.triangles.push_back(c.mesh.triangles[t]);
+/// "shell 2 of 12 triangles from face 13 at (3, 0, 0)"
+std::string shell_text(const Candidate& c, const Nesting& n, int s) {
+  const auto first = std::find(n.shell.begin(), n.shell.end(), s) - n.shell.begin();
+  return "shell " + std::to_string(s + 1) + " of " +
+         counted(n.parts[s].triangles.size(), "triangle", "triangles") + " from " +
+         face(c, static_cast<int>(first)) + " at " + place(n.parts[s].vertices[0]);
+}
+
+void demand_volume(const Candidate& c, const Nesting& n) {
+  std::vector<int> flat;
+  for (int s = 0; s < n.count(); ++s) {
+    const double area = surface_area(n.parts[s]);
+    if (std::abs(n.volume[s]) <= kFlat * std::pow(area, 1.5)) flat.push_back(s);
   }
-  return part;
-}
-
-void demand_one_shell(const Candidate& c, const std::vector<SurfaceEdge>& edges) {
-  int count = 0;
-  const std::vector<int> shell = shells(c.mesh, edges, count);
-  if (count == 1) return;
-  std::vector<TriMesh> parts;
-  for (int s = 0; s < std::min(count, 20); ++s) parts.push_back(shell_mesh(c, shell, s));
-
-  // Which shell lies in which other one decides what to advise.
-  std::string nested;
-  std::vector<std::string> list;
-  for (std::size_t s = 0; s < parts.size(); ++s) {
-    const Vec3& x = parts[s].vertices[parts[s].triangles[0][0]];
-    const int first = static_cast<int>(std::find(shell.begin(), shell.end(), static_cast<int>(s)) -
-                                       shell.begin());
-    std::string text = "shell " + std::to_string(s + 1) + " of " +
-                       counted(parts[s].triangles.size(), "triangle", "triangles") + " from " +
-                       face(c, first) + " at " + place(x);
-    for (std::size_t o = 0; o < parts.size(); ++o) {
-      if (o == s || std::abs(winding_number(parts[o], x)) < 0.5) continue;
-      text += " inside shell " + std::to_string(o + 1);
-      nested = " (nested shells, such as cavities, come later)";
-    }
-    list.push_back(text);
+  if (flat.empty()) return;
+  Findings found{c, {}, {}};
+  for (int t = 0; t < static_cast<int>(n.shell.size()); ++t) {
+    if (std::binary_search(flat.begin(), flat.end(), n.shell[t])) found.triangles.push_back(t);
   }
-  throw InputError({defect(
-      c, list, std::to_string(count) + " separate shells" + nested,
-      [](const std::string& s) { return s; },
-      "a body is one closed surface: join the parts (boolean union), or give each its own body "
-      "file")});
+  found.add(
+      flat,
+      n.count() == 1 ? std::string("the surface encloses no volume")
+                     : counted(flat.size(), "shell encloses", "shells enclose") + " no volume",
+      [&](int s) {
+        std::ostringstream text;
+        text << n.volume[s] << " with an area of " << surface_area(n.parts[s]) << ", "
+             << shell_text(c, n, s);
+        return text.str();
+      },
+      "give the body a thickness");
+  found.throw_if_any();
 }
 
-void turn_outward(Candidate& c, IntakeReport& report) {
-  const double volume = enclosed_volume(c.mesh), area = surface_area(c.mesh);
-  if (std::abs(volume) <= kFlat * std::pow(area, 1.5)) {
-    std::ostringstream text;
-    text << "the surface encloses no volume (" << volume << " with an area of " << area << ")";
-    refuse(c.file.path, 0, text.str(), "give the body a thickness");
-  }
-  report.turned_inside_out = volume < 0;
-  if (!report.turned_inside_out) return;
-  for (Vec3i& t : c.mesh.triangles) std::swap(t[1], t[2]);
-}
-
-void demand_no_self_intersections(const Candidate& c) {
-  const std::vector<std::pair<int, int>> pairs = self_intersections(c.mesh);
+void demand_no_self_intersections(const Candidate& c, const Nesting& n,
+                                  const std::vector<std::pair<int, int>>& pairs) {
   if (pairs.empty()) return;
-  throw InputError({defect(
-      c, pairs,
-      "the surface intersects itself: " +
+  Findings found{c, {}, {}};
+  bool between_shells = false;
+  for (const auto& [s, t] : pairs) {
+    found.triangles.insert(found.triangles.end(), {s, t});
+    between_shells |= n.shell[s] != n.shell[t];
+  }
+  std::sort(found.triangles.begin(), found.triangles.end());
+  found.triangles.erase(std::unique(found.triangles.begin(), found.triangles.end()),
+                        found.triangles.end());
+  found.add(
+      pairs,
+      std::string(between_shells ? "shells of the surface overlap: "
+                                 : "the surface intersects itself: ") +
+          (pairs.size() >= kMostCrossings ? "at least " : "") +
           counted(pairs.size(), "pair of faces that cross", "pairs of faces that cross"),
       [&](const std::pair<int, int>& p) {
         return face(c, p.first) + " and " + face(c, p.second) + " near " +
                place(middle(c.mesh, p.first));
       },
-      "repair it in the modelling program (boolean union, remesh)")});
+      between_shells
+          ? "join the parts in the modelling program, or set repair = \"union\" (or \"wrap\")"
+          : "repair it in the modelling program (boolean union, remesh), or set repair = \"wrap\"");
+  found.throw_if_any();
+}
+
+/// One outer shell; inside it only shells that face the other way, side by side: its cavities.
+void demand_one_solid(const Candidate& c, const Nesting& n) {
+  std::vector<int> outer, doubled, deep;
+  for (int s = 0; s < n.count(); ++s) {
+    if (n.depth[s] == 0) outer.push_back(s);
+    if (n.depth[s] == 1 && n.sense(s) > 0) doubled.push_back(s);
+    if (n.depth[s] > 1) deep.push_back(s);
+  }
+  Findings found{c, {}, {}};
+  const auto describe = [&](int s) {
+    return shell_text(c, n, s) +
+           (n.parent[s] < 0 ? "" : " inside shell " + std::to_string(n.parent[s] + 1));
+  };
+  const auto show = [&](const std::vector<int>& list) {
+    for (int t = 0; t < static_cast<int>(n.shell.size()); ++t) {
+      if (std::find(list.begin(), list.end(), n.shell[t]) != list.end())
+        found.triangles.push_back(t);
+    }
+  };
+  if (outer.size() > 1) {
+    show(outer);
+    found.add(outer, std::to_string(outer.size()) + " separate shells", describe,
+              "a body is one connected solid: join the parts, or give each its own body file (or "
+              "set repair = \"wrap\" with a wrap.alpha above half the gap)");
+  }
+  if (!doubled.empty()) {
+    show(doubled);
+    found.add(doubled,
+              counted(doubled.size(), "shell lies", "shells lie") +
+                  " inside another one and face the same way: a cavity or a doubled solid?",
+              describe,
+              "turn the inner shell round (facing inward) for a cavity, or set repair = \"union\" "
+              "to drop it");
+  }
+  if (!deep.empty()) {
+    show(deep);
+    found.add(deep, counted(deep.size(), "shell lies", "shells lie") + " inside a cavity", describe,
+              "a body is one connected solid: delete the loose part, or give it its own body file");
+  }
+  found.throw_if_any();
+}
+
+void turn_outward(Candidate& c, const Nesting& n, IntakeReport& report) {
+  for (int s = 0; s < n.count(); ++s) {
+    if (n.depth[s] == 0) report.turned_inside_out = n.volume[s] < 0;
+    if (n.depth[s] != 1) continue;
+    ++report.cavities;
+    report.cavity_volume += std::abs(n.volume[s]);
+  }
+  if (report.turned_inside_out) turn_round(c.mesh);
 }
 
 void measure(const TriMesh& mesh, IntakeReport& report) {
@@ -259,6 +295,11 @@ void measure(const TriMesh& mesh, IntakeReport& report) {
     report.low = report.low.cwiseMin(x);
     report.high = report.high.cwiseMax(x);
   }
+  // About the centroid, I = tr(S) 1 - S.
+  report.centroid = enclosed_centroid(mesh);
+  const Mat3 S =
+      enclosed_second_moment(mesh) - report.volume * report.centroid * report.centroid.transpose();
+  report.inertia = S.trace() * Mat3::Identity() - S;
 }
 
 }  // namespace
@@ -266,24 +307,56 @@ void measure(const TriMesh& mesh, IntakeReport& report) {
 TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& report) {
   report = {};
   demand_finite(file);
-  Candidate c = weld(file, report);
+  Candidate c = weld_file(file, report);
   const std::vector<SurfaceEdge> edges = surface_edges(c.mesh);
-  std::vector<Diagnostic> found;
+  Findings found{c, {}, {}};
   collect_improper_faces(c, found);
   collect_bad_edges(c, edges, found);
-  if (!found.empty()) throw InputError(found);
+  found.throw_if_any();
   demand_single_fans(c, edges);
   orient(c, edges, report);
-  demand_one_shell(c, edges);
-  turn_outward(c, report);
-  demand_no_self_intersections(c);
+  const std::vector<std::pair<int, int>> crossing = self_intersections(c.mesh);
+  const Nesting nesting = nest_shells(c.mesh, edges, crossing);
+  demand_volume(c, nesting);
+  demand_no_self_intersections(c, nesting, crossing);
+  demand_one_solid(c, nesting);
+  turn_outward(c, nesting, report);
   for (Vec3& x : c.mesh.vertices) x *= scale;
+  report.cavity_volume *= scale * scale * scale;
   measure(c.mesh, report);
   return std::move(c.mesh);
 }
 
+TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,
+                       IntakeReport& report) {
+  if (repair.kind != Repair::kWrap) {
+    try {
+      return accept_surface(file, scale, report);
+    } catch (const SurfaceDefects&) {
+      if (repair.kind == Repair::kNone) throw;
+    }
+  }
+  demand_finite(file);
+  RepairReport done;
+  const SurfaceFile repaired = repair_surface(file, scale, repair, done);
+  try {
+    TriMesh mesh = accept_surface(repaired, scale, report);
+    report.repair = done;
+    return mesh;
+  } catch (const SurfaceDefects& error) {
+    std::vector<Diagnostic> list = error.diagnostics;
+    const bool wraps = repair.kind == Repair::kWrap;
+    for (Diagnostic& d : list) {
+      d.hint = std::string("repair = \"") + name_of(repair.kind) + "\" left this; " +
+               (wraps ? "try another wrap.alpha" : "set repair = \"wrap\"");
+    }
+    throw SurfaceDefects(list, error.offenders);
+  }
+}
+
 std::vector<std::string> IntakeReport::notes() const {
   std::vector<std::string> lines;
+  if (repair.kind != Repair::kNone) lines.push_back(repair.note());
   if (welded > 0)
     lines.push_back(counted(welded, "vertex", "vertices") + " welded to an equal one");
   if (unused > 0)
@@ -296,6 +369,11 @@ std::vector<std::string> IntakeReport::notes() const {
                     " turned round to agree with the neighbours");
   }
   if (turned_inside_out) lines.push_back("the surface faced inward: turned inside out");
+  if (cavities > 0) {
+    std::ostringstream text;
+    text << counted(cavities, "cavity", "cavities") << " of " << cavity_volume << " m^3 kept";
+    lines.push_back(text.str());
+  }
   return lines;
 }
 

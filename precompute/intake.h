@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
+#include "precompute/repair.h"
 
 namespace archetide {
 
@@ -15,20 +16,33 @@ struct IntakeReport {
   int collapsed = 0;                // triangles with a repeated corner, dropped
   int reoriented = 0;               // triangles turned round to agree with their neighbours
   bool turned_inside_out = false;   // the whole surface faced inward
-  double volume = 0.0, area = 0.0;  // m^3, m^2
+  int cavities = 0;                 // inner shells, facing into their cavity
+  double cavity_volume = 0.0;       // m^3, of all of them
+  double volume = 0.0, area = 0.0;  // m^3, m^2; without the cavities
+  Vec3 centroid = Vec3::Zero();     // of the solid, m
+  Mat3 inertia = Mat3::Zero();      // of the solid about its centroid at density 1, m^5
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // bounding box
+  RepairReport repair;
   /// One line for each change, for the log.
   std::vector<std::string> notes() const;
 };
 
-/// Turns a surface file into a closed, manifold, outward oriented single shell without
-/// self-intersections, multiplied by `scale`. Only changes that keep the shape are made (and
-/// reported); anything else is an InputError that names the defect, how many there are, and the
-/// faces and places (file coordinates) of the first ones.
+/// Turns a surface file into the closed, manifold boundary of one solid, without
+/// self-intersections, facing out of the solid, multiplied by `scale`: an outer shell and the
+/// shells of its cavities. Only changes that keep the shape are made (and reported); anything else
+/// is a SurfaceDefects error that names the defect, how many there are, and the faces and places
+/// (file coordinates) of the first ones.
 TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& report);
 
-/// Pairs of triangles that intersect other than in a shared edge or vertex. The mesh must be
-/// manifold.
+/// The same after the repair that was asked for. Filling and union leave a surface alone that is
+/// acceptable as it is; a wrap always wraps.
+TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,
+                       IntakeReport& report);
+
+constexpr unsigned kMostCrossings = 100'000;  // two crumpled surfaces can have millions
+
+/// Pairs of triangles that intersect other than in a shared edge or vertex, the first
+/// kMostCrossings of them. The mesh must be manifold.
 std::vector<std::pair<int, int>> self_intersections(const TriMesh& mesh);
 
 }  // namespace archetide

@@ -1,7 +1,9 @@
 #include <omp.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -11,13 +13,16 @@
 #include "common/check.h"
 #include "common/input_error.h"
 #include "precompute/build.h"
+#include "precompute/defects.h"
 #include "precompute/inspect.h"
+#include "precompute/report.h"
 
 namespace archetide {
 namespace {
 
 struct CommandLine {
-  std::string input, output, depfile, log_file;
+  std::string input, output, depfile, defects, log_file;
+  std::vector<std::string> archetypes;
   int threads = 1;
   int mode = 0;
   double amplitude = -1.0;  // m; negative: a tenth of the body's size
@@ -28,7 +33,9 @@ constexpr char kExitCodes[] =
     "\nExit codes:\n"
     "  0 done   1 our bug   2 your input (command line, body file, mesh)   3 the numbers (quality, "
     "residual)\n"
-    "  4 a file is missing, damaged or of another version   5 the machine (disk, memory)\n";
+    "  4 a file is missing, damaged or of another version   5 the machine (disk, memory)\n"
+    "  75 stopped by SIGINT or SIGTERM; an older OUT.h5 stays as it was\n"
+    "ARCHETIDE_MEMORY_LIMIT=4G refuses (exit 5) what would take more memory than that.\n";
 
 constexpr char kExamples[] =
     "\nExamples:\n"
@@ -37,35 +44,90 @@ constexpr char kExamples[] =
 
 // ---- verbs --------------------------------------------------------------------------------------
 
+/// Runs `work`; the elements that an error is about go to a PLY, which the message then names.
+template <class Work>
+auto showing_offenders(const std::string& path, Work work) {
+  std::filesystem::remove(path);  // of an earlier attempt
+  const auto write = [&path](const Offenders& error) {
+    if (error.offenders.triangles.empty()) return std::string();
+    write_ply(path, error.offenders);
+    return "the elements in question: " + path;
+  };
+  try {
+    return work();
+  } catch (const SurfaceDefects& error) {
+    std::vector<Diagnostic> list = error.diagnostics;
+    const std::string note = write(error);
+    if (!note.empty()) list.back().hint += "\n  " + note;
+    throw InputError(list);
+  } catch (const TetDefects& error) {
+    const std::string note = write(error);
+    throw NumericsError(error.what() + (note.empty() ? "" : "\n  " + note));
+  }
+}
+
+/// X.part of the output in the making, for the handler below.
+std::string unfinished;
+
+/// On SIGINT and SIGTERM: nothing half-written stays.
+extern "C" void stop(int) {
+  ::unlink(unfinished.c_str());
+  constexpr char kText[] = "stopped; nothing was written\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+  ::_exit(kExitStopped);
+}
+
 void build(const CommandLine& c, Log& log) {
+  unfinished = c.output + ".part";
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
   const Recipe recipe = read_recipe(c.input);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
-  const Archetype a = build_archetype(recipe, log, profile);
+  const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
+  BuildRecord record;
+  const Archetype a =
+      showing_offenders(defects, [&] { return build_archetype(recipe, log, profile, &record); });
   {
     const ScopedTimer timer(profile, "write");
-    write_archetype(c.output, a);
+    record.hash = write_archetype(c.output, a);
     if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
   }
+  record.take_seconds(profile);
+  write_record(c.output, record);
   log.say(phase_table(profile));
 }
 
 void check(const CommandLine& c, Log& log) {
   Profile profile;
   const Recipe recipe = read_recipe(c.input);
-  std::cout << mesh_text(recipe, mesh_body(recipe, log, profile));
+  const auto mesh = [&] { return mesh_body(recipe, log, profile); };
+  std::cout << mesh_text(recipe, c.defects.empty() ? mesh() : showing_offenders(c.defects, mesh));
   log.detail(phase_table(profile));
 }
 
 void info(const CommandLine& c, Log&) {
   const Archetype a = read_archetype(c.input);
   const std::size_t bytes = std::filesystem::file_size(c.input);
-  std::cout << (c.json ? info_json(a, bytes) : info_text(a, bytes));
+  const std::optional<BuildRecord> record = read_record(c.input, a.content_hash);
+  std::cout << (c.json ? info_json(a, bytes, record) : info_text(a, bytes, record));
+}
+
+void report(const CommandLine& c, Log& log) {
+  write_archetype_report(c.output, c.archetypes);
+  log.say(c.output + ": " + std::to_string(c.archetypes.size()) + " archetypes");
 }
 
 void export_tets(const CommandLine& c, Log& log) {
   const Archetype a = read_archetype(c.input);
-  write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
+  if (c.output.ends_with(".hdf")) {
+    if (c.mode != 0)
+      throw InputError("--mode with a .hdf, which holds the rest shape and all modes",
+                       "leave --mode out, and warp by the vector mode_K in ParaView");
+    write_vtkhdf(c.output, a);
+  } else {
+    write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
+  }
   log.say(c.output + ": " + std::to_string(a.tets.tets.size()) + " tets");
 }
 
@@ -106,10 +168,14 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   build_verb.add_option("--depfile", c.depfile,
                         "also write a make fragment: OUT.h5 and what it depends on");
 
+  build_verb.add_option("--defects", c.defects,
+                        "where the elements that are wrong go (default: OUT.defects.ply)");
+
   CLI::App& check_verb =
       add_verb(app, "check", "Read and validate a body file, mesh it and report; no modes", check,
                c, chosen);
   check_verb.add_option("body", c.input, "body file, NAME.body.toml")->required();
+  check_verb.add_option("--defects", c.defects, "write the elements that are wrong to this PLY");
 
   CLI::App& info_verb = add_verb(app, "info", "Print what an archetype holds", info, c, chosen);
   info_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();
@@ -118,7 +184,10 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   CLI::App& export_verb = add_verb(app, "export", "Write the tets of an archetype for ParaView",
                                    export_tets, c, chosen);
   export_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();
-  export_verb.add_option("-o,--output", c.output, "file to write, F.vtu")->required();
+  export_verb
+      .add_option("-o,--output", c.output,
+                  "file to write, F.vtu, or F.hdf (VTKHDF: rest shape and all modes)")
+      ->required();
   export_verb
       .add_option("--mode", c.mode,
                   "displace by this mode, counted from 1 (0: rest shape, modes as fields)")
@@ -127,6 +196,12 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
       .add_option("--amplitude", c.amplitude,
                   "largest displacement, m (default: a tenth of the longest side)")
       ->check(CLI::NonNegativeNumber);
+
+  CLI::App& report_verb =
+      add_verb(app, "report", "Write one page about archetypes: quality, mass, modes, pictures",
+               report, c, chosen);
+  report_verb.add_option("archetypes", c.archetypes, "archetypes, OUT.h5")->required();
+  report_verb.add_option("-o,--output", c.output, "page to write, report.html")->required();
 
   CLI::App& schema_verb =
       add_verb(app, "schema", "List every key of a body file", print_schema, c, chosen);

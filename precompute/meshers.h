@@ -1,12 +1,17 @@
 #pragma once
 
+#include <vector>
+
 #include "common/tet_mesh.h"
 #include "common/tri_mesh.h"
 
 namespace archetide {
 
-/// Back ends of tetrahedralize(), one translation unit each; `size` is the wanted edge length, m.
+/// Back ends of tetrahedralize(), one translation unit each; they throw NumericsError when they
+/// give up; `size` is the wanted edge length, m.
 struct MeshRequest {
+  /// Triangles that the mesh must not overlook: some of every shell, when there are several.
+  std::vector<int> seeds;
   double size = 0.0;            // edge length inside, m
   double facet_distance = 0.0;  // largest distance of a boundary facet's centre to the surface, m
   double sliver_bound = 12.0;   // cgal: smaller dihedral angles are perturbed away, degrees
@@ -20,9 +25,13 @@ TetMesh mesh_with_cgal(const TriMesh& surface, const MeshRequest& request);
 TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
                              const MeshRequest& request);
 
+/// Triangles of about the same `edge` (m) on the same surface, [Botsch, Kobbelt 2004]; edges
+/// sharper than `sharp_angle` (degrees between face normals) stay.
+TriMesh remesh_surface(const TriMesh& surface, double edge, double sharp_angle);
+
 /// Keeps the surface's triangles as they are; inside, edges grow no longer than `size`, but a finer
-/// surface makes finer tets whatever the size: with forced coarsening slivers failed the gate. Its
-/// generator lives as long as the process, so only the first call of a process is reproducible.
+/// surface makes finer tets whatever the size. Runs in a process of its own: its tetrahedralizer
+/// aborts on some surfaces, and only the first call of a process is reproducible.
 TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request);
 
 }  // namespace archetide

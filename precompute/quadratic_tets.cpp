@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "precompute/closest_point.h"
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 #include "precompute/tet_element.h"
 
 namespace archetide {

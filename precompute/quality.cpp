@@ -4,11 +4,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 #include <tuple>
 #include <vector>
 
-#include "common/input_error.h"
+#include "precompute/defects.h"
 #include "precompute/tet_element.h"
 
 namespace archetide {
@@ -66,23 +67,39 @@ int find_root(std::vector<int>& parent, int i) {
   return i;
 }
 
+/// A boundary edge with the corners (3 triangle + place) of one triangle at its ends.
+struct BoundaryEdge {
+  std::array<int, 2> ends;
+  std::array<int, 2> corners;
+  bool operator<(const BoundaryEdge& o) const {
+    return std::tie(ends, corners) < std::tie(o.ends, o.corners);
+  }
+};
+
+/// Parts of the boundary that are connected across its edges.
+void count_shells(const std::vector<BoundaryEdge>& edges, std::size_t triangles, TetQuality& q) {
+  std::vector<int> parent(triangles);
+  std::iota(parent.begin(), parent.end(), 0);
+  q.shells = int(triangles);
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    if (edges[i].ends != edges[i - 1].ends) continue;
+    const int a = find_root(parent, edges[i].corners[0] / 3),
+              b = find_root(parent, edges[i - 1].corners[0] / 3);
+    q.shells -= a != b;
+    parent[a] = b;
+  }
+}
+
 /// Boundary edges without exactly two boundary triangles, and boundary nodes at which several fans
 /// meet.
 void measure_boundary(const std::vector<Face>& boundary, TetQuality& q) {
-  struct Edge {
-    std::array<int, 2> ends;
-    std::array<int, 2> corners;  // 3 triangle + place, of each end
-    bool operator<(const Edge& o) const {
-      return std::tie(ends, corners) < std::tie(o.ends, o.corners);
-    }
-  };
-  std::vector<Edge> edges;
+  std::vector<BoundaryEdge> edges;
   std::vector<int> fan(3 * boundary.size());  // union-find over corners
   for (int c = 0; c < int(fan.size()); ++c) {
     fan[c] = c;
     const int next = c % 3 == 2 ? c - 2 : c + 1;
     const int a = boundary[c / 3][c % 3], b = boundary[next / 3][next % 3];
-    edges.push_back(a < b ? Edge{{a, b}, {c, next}} : Edge{{b, a}, {next, c}});
+    edges.push_back(a < b ? BoundaryEdge{{a, b}, {c, next}} : BoundaryEdge{{b, a}, {next, c}});
   }
   std::sort(edges.begin(), edges.end());
   for (std::size_t i = 0, next; i < edges.size(); i = next) {
@@ -91,6 +108,7 @@ void measure_boundary(const std::vector<Face>& boundary, TetQuality& q) {
     for (int end = 0; next - i == 2 && end < 2; ++end)
       fan[find_root(fan, edges[i].corners[end])] = find_root(fan, edges[i + 1].corners[end]);
   }
+  count_shells(edges, boundary.size(), q);
   std::vector<int> fans(q.nodes, 0);
   for (int c = 0; c < int(fan.size()); ++c) fans[boundary[c / 3][c % 3]] += fan[c] == c;
   q.nonmanifold_nodes = int(std::count_if(fans.begin(), fans.end(), [](int f) { return f > 1; }));
@@ -121,9 +139,40 @@ void measure_topology(const TetMesh& mesh, TetQuality& q) {
   measure_boundary(boundary, q);
 }
 
+constexpr std::size_t kNamed = 5;  // bad tets named with their places; the rest are only counted
+
+std::vector<int> bad_tets(const TetMesh& mesh, const QualityLimits& limits) {
+  std::vector<int> bad;
+  for (int t = 0; t < int(mesh.tets.size()); ++t) {
+    const TetNumbers numbers = tet_numbers(mesh, mesh.tets[t]);
+    if (numbers.min_dihedral < limits.min_dihedral ||
+        numbers.radius_ratio < limits.min_radius_ratio || !(numbers.volume > 0.0))
+      bad.push_back(t);
+  }
+  return bad;
+}
+
+Vec3 middle(const TetMesh& mesh, int t) {
+  Vec3 sum = Vec3::Zero();
+  for (const int node : mesh.tets[t]) sum += mesh.nodes[node];
+  return sum / 4.0;
+}
+
+TriMesh faces_of(const TetMesh& mesh, const std::vector<int>& tets) {
+  TriMesh faces;
+  for (const int t : tets) {
+    for (const auto& f : kFaces)
+      faces.triangles.emplace_back(int(faces.vertices.size()) + f[0],
+                                   int(faces.vertices.size()) + f[1],
+                                   int(faces.vertices.size()) + f[2]);
+    for (const int node : mesh.tets[t]) faces.vertices.push_back(mesh.nodes[node]);
+  }
+  return faces;
+}
+
 }  // namespace
 
-TetQuality measure_quality(const TetMesh& mesh, double surface_volume) {
+TetQuality measure_quality(const TetMesh& mesh, double surface_volume, int surface_shells) {
   TetQuality q;
   q.nodes = int(mesh.nodes.size());
   q.tets = int(mesh.tets.size());
@@ -144,6 +193,7 @@ TetQuality measure_quality(const TetMesh& mesh, double surface_volume) {
     for (int node : mids) used[node] = 1;
   q.unused_nodes = int(std::count(used.begin(), used.end(), 0));
   measure_topology(mesh, q);
+  q.surface_shells = surface_shells;
   q.surface_volume = std::max(surface_volume, 0.0);
   if (surface_volume > 0.0) q.volume_error = (q.volume - surface_volume) / surface_volume;
   return q;
@@ -167,18 +217,36 @@ std::string quality_complaints(const TetQuality& q, const QualityLimits& limits)
     complain() << q.nonmanifold_edges << " boundary edges without exactly two triangles";
   if (q.nonmanifold_nodes > 0) complain() << q.nonmanifold_nodes << " pinched boundary nodes";
   if (q.unused_nodes > 0) complain() << q.unused_nodes << " nodes that no tet uses";
+  if (q.components > 1) complain() << q.components << " parts that are not connected";
+  if (q.surface_shells > 0 && q.shells != q.surface_shells)
+    complain() << q.shells << " boundary shells where the surface has " << q.surface_shells
+               << " (a cavity smaller than the tets?)";
   if (std::abs(q.volume_error) > limits.max_volume_error)
     complain() << "volume off by " << 100.0 * q.volume_error << " % (limit "
                << 100.0 * limits.max_volume_error << " %)";
   return text.str();
 }
 
-void require_quality(const TetQuality& quality, const QualityLimits& limits,
+std::vector<TetMeasure> tet_measures(const TetMesh& mesh) {
+  std::vector<TetMeasure> shapes;
+  for (const auto& tet : mesh.tets) {
+    const TetNumbers numbers = tet_numbers(mesh, tet);
+    shapes.push_back({numbers.min_dihedral, numbers.radius_ratio});
+  }
+  return shapes;
+}
+
+void require_quality(const TetMesh& mesh, const TetQuality& quality, const QualityLimits& limits,
                      const std::string& mesher, const std::string& hint) {
   const std::string complaints = quality_complaints(quality, limits);
-  if (!complaints.empty())
-    throw NumericsError("the tets of mesher " + mesher + " fail the quality gate: " + complaints +
-                        (hint.empty() ? "" : "\n  " + hint));
+  if (complaints.empty()) return;
+  const std::vector<int> bad = bad_tets(mesh, limits);
+  std::string text = "the tets of mesher " + mesher + " fail the quality gate: " + complaints;
+  if (!bad.empty()) text += "; " + counted(bad.size(), "bad tet: ", "bad tets: ");
+  for (std::size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
+    text += (i ? "; tet " : "tet ") + std::to_string(bad[i]) + " at " + place(middle(mesh, bad[i]));
+  if (bad.size() > kNamed) text += "; ...";
+  throw TetDefects(text + (hint.empty() ? "" : "\n  " + hint), faces_of(mesh, bad));
 }
 
 }  // namespace archetide

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/tet_mesh.h"
 
@@ -25,21 +26,29 @@ struct TetQuality {
   int nonmanifold_nodes = 0;  // boundary nodes at which several fans of triangles meet
   int nonmanifold_faces = 0;  // faces shared by more than two tets
   int unused_nodes = 0;
-  int components = 0;  // parts connected through faces
+  int components = 0;      // parts connected through faces
+  int shells = 0;          // parts of the boundary
+  int surface_shells = 0;  // of the input surface; 0 = there was none
   double volume = 0.0;
   double surface_volume = 0.0;  // enclosed by the input surface; 0 = there was none
   double volume_error = 0.0;    // (volume - surface_volume) / surface_volume
 };
 
 /// `surface_volume` <= 0 when the tets did not come from a surface (volume_error is then 0).
-TetQuality measure_quality(const TetMesh& mesh, double surface_volume);
+TetQuality measure_quality(const TetMesh& mesh, double surface_volume, int surface_shells = 0);
+
+/// Smallest dihedral angle (degrees) and radius ratio of every tet.
+struct TetMeasure {
+  double min_dihedral, radius_ratio;
+};
+std::vector<TetMeasure> tet_measures(const TetMesh& mesh);
 
 /// Every violated limit with its number, separated by "; "; empty when the mesh is good.
 std::string quality_complaints(const TetQuality& quality, const QualityLimits& limits);
 
-/// Throws NumericsError (meshers) naming every violated limit with its number; `hint` says what to
-/// do.
-void require_quality(const TetQuality& quality, const QualityLimits& limits,
+/// Throws TetDefects naming every violated limit with its number, and the first tets that violate
+/// one with their places; `hint` says what to do.
+void require_quality(const TetMesh& mesh, const TetQuality& quality, const QualityLimits& limits,
                      const std::string& mesher, const std::string& hint);
 
 }  // namespace archetide

@@ -22,12 +22,33 @@ std::vector<Key> body_keys() {
       {.path = "mesh",
        .type = kString,
        .fallback = "required",
-       .meaning = "surface (.obj, .off, .ply, .stl) or tets (.msh, .mesh), relative to this file"},
+       .meaning =
+           "surface (.obj, .off, .ply, .stl) or tets (.msh, .vtu, .mesh), relative to this file"},
       {.path = "scale",
        .type = kNumber,
        .range = above(0),
        .fallback = "1.0",
        .meaning = "factor from mesh coordinates to metres"},
+      {.path = "repair",
+       .type = kString,
+       .fallback = "\"none\"",
+       .choices = {"none", "fill", "union", "wrap"},
+       .meaning = "of a surface that does not bound a body: fill holes, unite overlapping closed "
+                  "parts, wrap whatever is there from outside; none: refuse it"},
+      {.path = "wrap.alpha",
+       .type = kNumber,
+       .unit = "m",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning =
+           "a wrap closes gaps narrower than twice this; 0 = a fiftieth of the diagonal, and "
+           "cones over the holes first"},
+      {.path = "wrap.offset",
+       .type = kNumber,
+       .unit = "m",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning = "how far outside the input a wrap lies; 0 = wrap.alpha / 30"},
       {.path = "seed",
        .type = kInteger,
        .range = between(0, std::numeric_limits<int>::max()),
@@ -298,6 +319,16 @@ void read_parts(const Section& root, Recipe& r) {
                                  "remove clamped or modes.static")});
 }
 
+RepairOptions read_repair(const Section& root) {
+  RepairOptions repair;
+  const std::string kind = root.string("repair");
+  for (const Repair r : {Repair::kFill, Repair::kUnion, Repair::kWrap})
+    if (kind == name_of(r)) repair.kind = r;
+  repair.alpha = root.number("wrap.alpha");
+  repair.offset = root.number("wrap.offset");
+  return repair;
+}
+
 }  // namespace
 
 const Schema& body_schema() {
@@ -318,6 +349,7 @@ Recipe read_recipe(const std::string& path) {
   r.mesh_where = root.location("mesh");
   r.scale = root.number("scale");
 
+  r.repair = read_repair(root);
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");
   r.tet.seed = static_cast<unsigned>(root.integer("seed"));

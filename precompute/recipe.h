@@ -7,6 +7,7 @@
 #include "precompute/elasticity.h"
 #include "precompute/modes.h"
 #include "precompute/regions.h"
+#include "precompute/repair.h"
 #include "precompute/tetrahedralize.h"
 
 namespace archetide {
@@ -20,6 +21,7 @@ struct Recipe {
   std::string mesh_path;  // relative to where the program runs
   SourceLocation mesh_where;
   double scale = 1.0;         // file coordinates to m
+  RepairOptions repair;       // for surfaces
   TetrahedralizeOptions tet;  // for surfaces
   Material material;
   std::vector<MaterialRegion> material_regions;  // in the order of the file

@@ -21,7 +21,8 @@ std::vector<std::pair<int, int>> self_intersections(const TriMesh& mesh) {
     ARCHETIDE_CHECK(face != Mesh::null_face());
   }
   std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> found;
-  CGAL::Polygon_mesh_processing::self_intersections(surface, std::back_inserter(found));
+  CGAL::Polygon_mesh_processing::self_intersections(
+      surface, std::back_inserter(found), CGAL::parameters::maximum_number(kMostCrossings));
   std::vector<std::pair<int, int>> pairs;
   for (const auto& [s, t] : found) {
     pairs.push_back(std::minmax(static_cast<int>(s), static_cast<int>(t)));

@@ -3,8 +3,16 @@
 #include <algorithm>
 
 #include "precompute/cholmod_view.h"
+#include "precompute/memory.h"
 
 namespace archetide {
+namespace {
+
+/// Peak memory of the modes (the factor, ARPACK's vectors, the fronts of the Sturm count) over the
+/// factor's. Measured on tori: 3.9 at 60k tets (factor 115 MB), 4.2 at 160k (434 MB).
+constexpr double kPeakOverFactor = 4.5;
+
+}  // namespace
 
 struct ShiftedCholesky::Impl {
   CholmodCommon cholmod;
@@ -25,6 +33,10 @@ ShiftedCholesky::ShiftedCholesky(const SparseMatrix& matrix, const std::vector<i
   cholmod_sparse view = cholmod_view(matrix);
   impl_->factor = cholmod_analyze_p(&view, const_cast<int*>(ordering.data()), nullptr, 0, common);
   impl_->cholmod.require(impl_->factor, "analysing the stiffness");
+  // The size of the factor is known now: better no answer than the machine's out-of-memory killer.
+  demand_memory(kPeakOverFactor * 8.0 * static_cast<double>(impl_->factor->xsize),
+                "computing modes with " + std::to_string(impl_->factor->n) + " unknowns",
+                "lower tet.target");
   common->quick_return_if_not_posdef = 1;
   cholmod_factorize(&view, impl_->factor, common);
   if (common->status == CHOLMOD_NOT_POSDEF || impl_->factor->minor < impl_->factor->n)

@@ -2,10 +2,13 @@
 
 #include <gmsh.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <unordered_map>
 
 #include "common/input_error.h"
+#include "precompute/tet_file.h"
 
 namespace archetide {
 namespace {
@@ -66,6 +69,23 @@ std::vector<std::size_t> corner_tags(const std::string& path) {
   return corners;
 }
 
+bool has_ending(const std::string& path, const std::string& ending) {
+  std::string found = std::filesystem::path(path).extension().string();
+  std::transform(found.begin(), found.end(), found.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return found == ending;
+}
+
+TetFile read_with_gmsh(const std::string& path) {
+  const GmshSession session;
+  open_file(path);
+  TetFile file;
+  file.corners = corner_tags(path);
+  std::vector<double> parametric;
+  gmsh::model::mesh::getNodes(file.tags, file.coordinates, parametric);
+  return file;
+}
+
 void orient_positively(TetMesh& mesh) {
   for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
     if (tet_volume(mesh, t) < 0) std::swap(mesh.tets[t][2], mesh.tets[t][3]);
@@ -75,35 +95,28 @@ void orient_positively(TetMesh& mesh) {
 }  // namespace
 
 bool is_tet_file(const std::string& path) {
-  return path.ends_with(".msh") || path.ends_with(".mesh");
+  return has_ending(path, ".msh") || has_ending(path, ".mesh") || has_ending(path, ".vtu");
 }
 
 TetMesh read_tets(const std::string& path, double scale) {
-  const GmshSession session;
-  open_file(path);
-  const std::vector<std::size_t> corners = corner_tags(path);
-  std::vector<std::size_t> tags;
-  std::vector<double> coordinates, parametric;
-  gmsh::model::mesh::getNodes(tags, coordinates, parametric);
-
+  const TetFile file = has_ending(path, ".vtu") ? read_vtu(path) : read_with_gmsh(path);
   // Nodes keep the order of the file; those without a tet are left out.
   std::unordered_map<std::size_t, int> number;
-  for (const std::size_t tag : corners) number[tag] = -1;
+  for (const std::size_t tag : file.corners) number[tag] = -1;
   TetMesh mesh;
-  for (std::size_t i = 0; i < tags.size(); ++i) {
-    const auto found = number.find(tags[i]);
+  for (std::size_t i = 0; i < file.tags.size(); ++i) {
+    const auto found = number.find(file.tags[i]);
     if (found == number.end() || found->second >= 0) continue;
     found->second = static_cast<int>(mesh.nodes.size());
-    mesh.nodes.push_back(scale *
-                         Vec3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]));
+    mesh.nodes.push_back(scale * Vec3(file.coordinates.data() + 3 * i));
     if (!mesh.nodes.back().allFinite()) {
-      throw refusal(path,
-                    "node " + std::to_string(tags[i]) + " has a coordinate that is not a number");
+      throw refusal(
+          path, "node " + std::to_string(file.tags[i]) + " has a coordinate that is not a number");
     }
   }
-  for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
-    mesh.tets.push_back({number[corners[i]], number[corners[i + 1]], number[corners[i + 2]],
-                         number[corners[i + 3]]});
+  for (std::size_t i = 0; i + 3 < file.corners.size(); i += 4) {
+    mesh.tets.emplace_back();
+    for (int k = 0; k < 4; ++k) mesh.tets.back()[k] = number[file.corners[i + k]];
     for (const int node : mesh.tets.back()) {
       if (node < 0)
         throw refusal(path, "tet " + std::to_string(i / 4 + 1) + " names a node that is not there");

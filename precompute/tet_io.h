@@ -6,10 +6,11 @@
 
 namespace archetide {
 
-/// True for .msh and .mesh, by the file name's extension.
+/// True for .msh, .mesh and .vtu, by the file name's extension.
 bool is_tet_file(const std::string& path);
 
-/// Linear tets of a Gmsh (.msh, any version) or Medit (.mesh) file, multiplied by `scale`;
+/// Linear tets of a Gmsh (.msh, any version), Medit (.mesh) or VTK XML (.vtu, uncompressed) file,
+/// multiplied by `scale`;
 /// positively oriented, without unused nodes. Throws FileError when it is missing, InputError when
 /// it holds no tets or others than linear ones.
 TetMesh read_tets(const std::string& path, double scale);

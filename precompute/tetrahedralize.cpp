@@ -1,41 +1,42 @@
 #include "precompute/tetrahedralize.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <utility>
+#include <set>
 #include <vector>
 
 #include "common/input_error.h"
+#include "common/surface_topology.h"
+#include "precompute/defects.h"
+#include "precompute/intake.h"
 #include "precompute/meshers.h"
 #include "precompute/restore_volume.h"
+#include "precompute/quadratic_tets.h"
 
 namespace archetide {
 namespace {
 
+/// gmsh keeps the surface's triangles: finer ones than this (in units of the size) are made
+/// coarser.
+constexpr double kFinerThanWanted = 0.8;
+/// Surfaces that the mesher could not take as they are get triangles of this edge (in units of the
+/// size): small folds and noise vanish, and the volume changes little.
+constexpr double kRemeshedEdge = 0.6;
+/// Parts of the missing volume that are tried, the most first.
+constexpr double kRestored[] = {1.0, 0.75, 0.5, 0.0};
 constexpr double kSharpAngle = 60.0;  // degrees between face normals that the mesh must follow
 /// Largest distance of a boundary facet to the surface in units of the size; restore_volume does
 /// the rest.
 constexpr double kFacetDistance = 0.1;
 
-struct Edge {
-  std::array<int, 2> ends;  // ascending
-  int triangle;
-  bool forward;
-  bool operator<(const Edge& o) const { return ends < o.ends; }
+/// A way to fill the surface; the next one is tried when the tets fail the quality gate.
+struct Way {
+  Mesher mesher;
+  bool sharp;   // follow sharp edges
+  bool remesh;  // make the triangles of the surface even first
+  double edge;  // then: their edge, in units of the size
 };
-
-std::vector<Edge> sorted_edges(const TriMesh& surface) {
-  std::vector<Edge> edges;
-  for (int t = 0; t < int(surface.triangles.size()); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = surface.triangles[t][k], b = surface.triangles[t][(k + 1) % 3];
-      edges.push_back({{std::min(a, b), std::max(a, b)}, t, a < b});
-    }
-  std::stable_sort(edges.begin(), edges.end());
-  return edges;
-}
 
 Vec3 unit_normal(const TriMesh& s, int t) {
   const Vec3i& v = s.triangles[t];
@@ -45,12 +46,10 @@ Vec3 unit_normal(const TriMesh& s, int t) {
 }
 
 /// An open surface would crash the mesher, so nothing else comes through.
-void require_closed(const TriMesh& surface, const std::vector<Edge>& edges) {
-  int bad = 0;
-  for (std::size_t i = 0, next; i < edges.size(); i = next) {
-    for (next = i; next < edges.size() && edges[next].ends == edges[i].ends;) ++next;
-    bad += next - i != 2 || edges[i].forward == edges[i + 1].forward;
-  }
+void require_closed(const TriMesh& surface, const std::vector<SurfaceEdge>& edges) {
+  const auto bad = std::count_if(edges.begin(), edges.end(), [](const SurfaceEdge& e) {
+    return e.triangles.size() != 2 || e.runs_a_to_b[0] == e.runs_a_to_b[1];
+  });
   if (surface.triangles.empty() || bad > 0)
     throw InputError("the surface is not closed, manifold and consistently oriented: " +
                          std::to_string(bad) + " edges without two opposite triangles",
@@ -59,23 +58,58 @@ void require_closed(const TriMesh& surface, const std::vector<Edge>& edges) {
     throw InputError("the surface encloses no volume or is inside out", "flip its orientation");
 }
 
-bool has_sharp_edges(const TriMesh& surface, const std::vector<Edge>& edges) {
+bool has_sharp_edges(const TriMesh& surface, const std::vector<SurfaceEdge>& edges) {
   const double limit = std::cos(kSharpAngle * std::numbers::pi / 180.0);
-  for (std::size_t i = 0; i + 1 < edges.size(); i += 2)
-    if (unit_normal(surface, edges[i].triangle).dot(unit_normal(surface, edges[i + 1].triangle)) <
-        limit)
-      return true;
-  return false;
+  return std::any_of(edges.begin(), edges.end(), [&](const SurfaceEdge& e) {
+    return unit_normal(surface, e.triangles[0]).dot(unit_normal(surface, e.triangles[1])) < limit;
+  });
+}
+
+double mean_edge(const TriMesh& surface, const std::vector<SurfaceEdge>& edges) {
+  double sum = 0.0;
+  for (const SurfaceEdge& e : edges) sum += (surface.vertices[e.a] - surface.vertices[e.b]).norm();
+  return sum / double(edges.size());
 }
 
 /// Tets per (volume / size^3) that each back end makes, measured on spheres and tori of 7k to 260k
 /// tets.
 double tets_per_cube(Mesher mesher) { return mesher == Mesher::kCgal ? 4.43 : 3.9; }
 
-TetMesh fill(const TriMesh& surface, bool sharp, Mesher mesher, const MeshRequest& request) {
-  if (mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
-  return sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
-               : mesh_with_cgal(surface, request);
+/// The triangles at the ends of each shell along the axes: the mesher meets its first surface
+/// points by chance and may never see a small shell. Sharp edges, which it follows, need no help.
+std::vector<int> seed_triangles(const TriMesh& surface, bool sharp) {
+  int shell_count = 0;
+  const std::vector<int> shell = shells(surface, surface_edges(surface), shell_count);
+  if (shell_count == 1) return {};
+  std::vector<std::vector<int>> lists(shell_count);
+  for (int t = 0; t < int(shell.size()); ++t) lists[shell[t]].push_back(t);
+  std::set<int> seeds;
+  for (const std::vector<int>& list : lists) {
+    const TriMesh part = part_of(surface, list);
+    if (sharp && has_sharp_edges(part, surface_edges(part))) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [low, high] = std::minmax_element(list.begin(), list.end(), [&](int s, int t) {
+        return surface.vertices[surface.triangles[s][0]][axis] <
+               surface.vertices[surface.triangles[t][0]][axis];
+      });
+      seeds.insert({*low, *high});
+    }
+  }
+  return {seeds.begin(), seeds.end()};
+}
+
+TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request) {
+  TriMesh even;
+  if (way.remesh) {
+    even = remesh_surface(input, way.edge * request.size, way.sharp ? kSharpAngle : 180.0);
+    if (!self_intersections(even).empty())
+      throw NumericsError("the surface cannot be made even without folds");
+  }
+  const TriMesh& surface = way.remesh ? even : input;
+  if (way.mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
+  request.seeds = seed_triangles(surface, way.sharp);
+  return way.sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
+                   : mesh_with_cgal(surface, request);
 }
 
 /// Dihedral angle below which tets are perturbed away, degrees. Where a body is few tets thick (a
@@ -87,8 +121,9 @@ double sliver_bound(const TriMesh& surface, double volume, double edge) {
 }
 
 /// Up to two attempts: the second one corrects the size when the first missed the target.
-void fill_to_target(const TriMesh& surface, bool sharp, double volume,
-                    const TetrahedralizeOptions& options, TetrahedralizeResult& result) {
+TetrahedralizeResult fill_to_target(const TriMesh& surface, const Way& way, double volume,
+                                    const TetrahedralizeOptions& options) {
+  TetrahedralizeResult result;
   result.edge = std::cbrt(tets_per_cube(options.mesher) * volume / options.target);
   for (result.attempts = 1;; ++result.attempts) {
     MeshRequest request;
@@ -96,48 +131,81 @@ void fill_to_target(const TriMesh& surface, bool sharp, double volume,
     request.facet_distance = kFacetDistance * result.edge;
     request.seed = options.seed;
     request.sliver_bound = sliver_bound(surface, volume, result.edge);
-    result.mesh = fill(surface, sharp, options.mesher, request);
+    result.mesh = fill(surface, way, request);
     const double ratio = double(result.mesh.tets.size()) / options.target;
     if (std::abs(ratio - 1.0) <= options.target_tolerance || result.attempts == 2 || ratio == 0.0)
-      return;
+      return result;
     result.edge *= std::cbrt(ratio);
   }
 }
 
+/// Moves the boundary to restore the volume as far as that harms no tet.
+void restore(const QualityLimits& limits, double volume, int shell_count,
+             TetrahedralizeResult& result) {
+  result.quality = measure_quality(result.mesh, volume, shell_count);
+  result.raw_volume_error = result.quality.volume_error;
+  const double missing = volume - result.quality.volume;
+  for (const double part : kRestored) {
+    TetMesh restored = result.mesh;
+    if (part > 0) restore_volume(restored, volume - (1 - part) * missing);
+    const TetQuality after = measure_quality(restored, volume, shell_count);
+    if (!quality_complaints(after, limits).empty()) continue;
+    result.mesh = std::move(restored);
+    result.quality = after;
+    return;
+  }
+}
+
+std::vector<Way> ways(const TriMesh& surface, const std::vector<SurfaceEdge>& edges, double volume,
+                      const TetrahedralizeOptions& options) {
+  const bool sharp = has_sharp_edges(surface, edges);
+  if (options.mesher == Mesher::kGmsh) {
+    const double size = std::cbrt(tets_per_cube(Mesher::kGmsh) * volume / options.target);
+    const Way kept = {Mesher::kGmsh, sharp, false, 0.0}, even = {Mesher::kGmsh, sharp, true, 1.0};
+    if (mean_edge(surface, edges) < kFinerThanWanted * size) return {even, kept};
+    return {kept, even};
+  }
+  std::vector<Way> list = {{Mesher::kCgal, false, false, 0.0},
+                           {Mesher::kCgal, false, true, kRemeshedEdge}};
+  if (sharp) list.insert(list.begin(), {Mesher::kCgal, true, false, 0.0});
+  return list;
+}
+
 const char* hint(Mesher mesher) {
   return mesher == Mesher::kGmsh
-             ? "gmsh keeps the triangles of the surface, good or bad: use tet.mesher = \"cgal\", "
-               "which "
-               "remeshes it"
-             : "raise tet.target, or repair thin and folded places of the surface";
+             ? "use tet.mesher = \"cgal\", or raise tet.target"
+             : "raise tet.target, repair thin and folded places of the surface, or set repair = "
+               "\"wrap\"";
 }
 
 }  // namespace
 
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeOptions& options) {
-  const std::vector<Edge> edges = sorted_edges(surface);
+  const std::vector<SurfaceEdge> edges = surface_edges(surface);
   require_closed(surface, edges);
   const double volume = enclosed_volume(surface);
-  TetrahedralizeResult result;
-  fill_to_target(surface, has_sharp_edges(surface, edges), volume, options, result);
-  if (options.order == 2) {
-    result.mesh = with_middle_nodes(result.mesh);
-    result.curved = curve_boundary(result.mesh, surface, kSharpAngle);
+  int shell_count = 0;
+  shells(surface, edges, shell_count);
+  TetrahedralizeResult best;  // the first one that gave tets at all
+  std::string failure;
+  for (const Way& way : ways(surface, edges, volume, options)) {
+    try {
+      TetrahedralizeResult result = fill_to_target(surface, way, volume, options);
+      if (options.order == 2) {
+        result.mesh = with_middle_nodes(result.mesh);
+        result.curved = curve_boundary(result.mesh, surface, kSharpAngle);
+      }
+      restore(options.limits, volume, shell_count, result);
+      if (quality_complaints(result.quality, options.limits).empty()) return result;
+      if (best.mesh.tets.empty()) best = std::move(result);
+    } catch (const NumericsError& error) {
+      if (failure.empty()) failure = error.what();
+    }
   }
-  result.quality = measure_quality(result.mesh, volume);
-  result.raw_volume_error = result.quality.volume_error;
-
-  // Keep the restored volume only where it harms no tet.
-  TetMesh restored = result.mesh;
-  restore_volume(restored, volume);
-  const TetQuality after = measure_quality(restored, volume);
-  if (quality_complaints(after, options.limits).empty()) {
-    result.mesh = std::move(restored);
-    result.quality = after;
-  }
-  require_quality(result.quality, options.limits, options.mesher == Mesher::kCgal ? "cgal" : "gmsh",
-                  hint(options.mesher));
-  return result;
+  if (best.mesh.tets.empty()) throw NumericsError(failure + "\n  " + hint(options.mesher));
+  require_quality(best.mesh, best.quality, options.limits,
+                  options.mesher == Mesher::kCgal ? "cgal" : "gmsh", hint(options.mesher));
+  return best;
 }
 
 }  // namespace archetide

@@ -4,6 +4,9 @@
 #include <string>
 
 #include "common/input_error.h"
+#include "common/surface_topology.h"
+#include "precompute/child_process.h"
+#include "precompute/defects.h"
 #include "precompute/meshers.h"
 
 namespace archetide {
@@ -26,22 +29,38 @@ struct GmshSession {
   ~GmshSession() { gmsh::finalize(); }
 };
 
-/// The surface as discrete entity 1, and the volume 1 that it bounds.
-void add_surface(const TriMesh& surface) {
-  gmsh::model::add("body");
-  gmsh::model::addDiscreteEntity(2, 1);
+/// A shell as discrete entity `number` and the loop of the same number; `before`: nodes there are.
+void add_shell(const TriMesh& surface, int number, std::size_t before) {
+  gmsh::model::addDiscreteEntity(2, number);
   std::vector<std::size_t> tags, corners;
   std::vector<double> coordinates;
   for (const Vec3& x : surface.vertices) {
-    tags.push_back(tags.size() + 1);
+    tags.push_back(before + tags.size() + 1);
     coordinates.insert(coordinates.end(), {x[0], x[1], x[2]});
   }
   for (const Vec3i& t : surface.triangles)
-    for (int k = 0; k < 3; ++k) corners.push_back(std::size_t(t[k]) + 1);
-  gmsh::model::mesh::addNodes(2, 1, tags, coordinates);
-  gmsh::model::mesh::addElementsByType(1, kTriangle, {}, corners);
-  gmsh::model::geo::addSurfaceLoop({1}, 1);
-  gmsh::model::geo::addVolume({1}, 1);
+    for (int k = 0; k < 3; ++k) corners.push_back(before + std::size_t(t[k]) + 1);
+  gmsh::model::mesh::addNodes(2, number, tags, coordinates);
+  gmsh::model::mesh::addElementsByType(number, kTriangle, {}, corners);
+  gmsh::model::geo::addSurfaceLoop({number}, number);
+}
+
+/// The volume that the surface bounds: inside its outer shell, outside its cavities.
+void add_body(const TriMesh& surface) {
+  gmsh::model::add("body");
+  int count = 0;
+  const std::vector<int> shell = shells(surface, surface_edges(surface), count);
+  std::vector<std::vector<int>> lists(count);
+  for (int t = 0; t < int(shell.size()); ++t) lists[shell[t]].push_back(t);
+  std::size_t nodes = 0;
+  std::vector<int> loops;  // the outer shell first
+  for (int s = 0; s < count; ++s) {
+    const TriMesh part = part_of(surface, lists[s]);
+    add_shell(part, s + 1, nodes);
+    nodes += part.vertices.size();
+    loops.insert(enclosed_volume(part) > 0 ? loops.begin() : loops.end(), s + 1);
+  }
+  gmsh::model::geo::addVolume(loops, 1);
   gmsh::model::geo::synchronize();
 }
 
@@ -70,20 +89,23 @@ TetMesh read_tets() {
   return mesh;
 }
 
-}  // namespace
-
-TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
+TetMesh mesh_here(const TriMesh& surface, const MeshRequest& request) {
   try {
     const GmshSession session;
     gmsh::option::setNumber("Mesh.RandomSeed", request.seed);
     gmsh::option::setNumber("Mesh.MeshSizeMax", request.size);
-    add_surface(surface);
+    add_body(surface);
     gmsh::model::mesh::generate(3);
     return read_tets();
   } catch (const std::string& message) {
-    throw NumericsError("gmsh could not fill the surface: " + message +
-                        "\n  try mesher = \"cgal\"");
+    throw NumericsError("gmsh could not fill the surface: " + message);
   }
+}
+
+}  // namespace
+
+TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
+  return in_child_process("gmsh", [&] { return mesh_here(surface, request); });
 }
 
 }  // namespace archetide

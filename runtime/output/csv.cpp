@@ -5,8 +5,8 @@
 #include <limits>
 #include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

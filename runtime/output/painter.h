@@ -1,7 +1,7 @@
 #pragma once
 
+#include "common/image.h"
 #include "runtime/output/camera.h"
-#include "runtime/output/image.h"
 #include "runtime/output/ray_scene.h"
 
 namespace archetide {

@@ -3,8 +3,8 @@
 #include <sstream>
 
 #include "common/atomic_file.h"
+#include "common/byte_stream.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 
 namespace archetide {
 namespace {

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/image.h"
 #include "common/input_error.h"
 #include "runtime/output/film.h"
-#include "runtime/output/image.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/painter.h"
 #include "runtime/output/ply.h"

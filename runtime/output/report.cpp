@@ -7,10 +7,10 @@
 #include <map>
 
 #include "common/atomic_file.h"
+#include "common/base64.h"
+#include "common/image.h"
 #include "common/input_error.h"
-#include "runtime/output/base64.h"
 #include "runtime/output/csv.h"
-#include "runtime/output/image.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/palette.h"
 #include "runtime/output/run_folder.h"

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "common/html_text.h"
+
 namespace archetide {
 
 /// A line of a chart; NaN interrupts it.
@@ -29,8 +31,5 @@ std::string svg_bars(const std::string& title, const std::string& unit, std::vec
 
 /// The colour of line number n of a chart, CSS.
 std::string chart_colour(int n);
-
-/// &, <, > and quotes replaced by entities.
-std::string html_text(const std::string& text);
 
 }  // namespace archetide

@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "common/atomic_file.h"
+#include "common/byte_stream.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/scene/obj_mesh.h"
+#include "runtime/scene/closed_mesh.h"
 
 namespace archetide {
 namespace {
@@ -119,7 +119,7 @@ FluidState initial_fluid(const std::optional<FluidSpec>& fluid) {
       }
     }
   }
-  if (!fluid->water.mesh.empty()) add_mesh(g, read_closed_obj(fluid->water.mesh), state.phi);
+  if (!fluid->water.mesh.empty()) add_mesh(g, read_closed_mesh(fluid->water.mesh), state.phi);
   return state;
 }
 

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <numeric>
 
+#include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
-#include "runtime/scene/obj_mesh.h"
 #include "runtime/scene/scatter.h"
 
 namespace archetide {
 namespace {
 
 TriMesh build_obstacle(const StaticSpec& spec) {
-  TriMesh mesh = read_closed_obj(spec.mesh);
+  TriMesh mesh = read_closed_mesh(spec.mesh);
   for (Vec3& x : mesh.vertices) x = spec.position + spec.rotation * (spec.scale * x);
   return mesh;
 }

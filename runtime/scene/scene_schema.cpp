@@ -122,7 +122,7 @@ Keys fluid_keys() {
       {.path = "fluid.water.mesh",
        .type = kString,
        .fallback = "absent",
-       .meaning = "closed OBJ surface full of water, relative to this file"}};
+       .meaning = "closed surface (OBJ, OFF, PLY, STL) full of water, relative to this file"}};
   for (const char* side : {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"}) {
     keys.push_back({.path = "fluid.walls." + std::string(side),
                     .type = kString,
@@ -290,7 +290,7 @@ Keys surroundings_keys() {
       {.path = "static[].mesh",
        .type = kString,
        .fallback = "required",
-       .meaning = "closed OBJ surface, relative to this file"},
+       .meaning = "closed surface (OBJ, OFF, PLY, STL), relative to this file"},
       {.path = "static[].scale", .range = above(0), .fallback = "1.0", .meaning = "applied first"},
       {.path = "static[].position",
        .type = kVec3,

@@ -29,7 +29,7 @@ const std::map<std::string, std::vector<std::string>>& homes() {
       {"H5", {"common/hdf5_file.cpp"}},
       {"toml++", {"common/param"}},
       {"embree", {"runtime/output/"}},
-      {"png", {"runtime/output/"}},
+      {"png", {"common/image.cpp"}},
       {"tbb/", {"runtime/output/", "precompute/"}},
       {"CLI/", {"common/cli.cpp", "precompute/main.cpp", "runtime/main.cpp"}},
       {"nlohmann/", {"common/", "precompute/", "runtime/output/"}},

@@ -18,7 +18,7 @@
 #include "precompute/build.h"
 #include "precompute/eigen_solver.h"
 #include "precompute/modes.h"
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 #include "precompute/tetrahedralize.h"
 #include "tests/unit/precompute/shapes.h"
 

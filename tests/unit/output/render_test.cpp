@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
+#include "common/byte_stream.h"
+#include "common/image.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 #include "runtime/output/camera.h"
-#include "runtime/output/image.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/byte_stream.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/run_tables.h"

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 #include "shapes.h"
 
 namespace archetide::testing_meshes {
@@ -58,6 +58,12 @@ inline TriMesh joined(TriMesh a, const TriMesh& b) {
   a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
   for (const Vec3i& t : b.triangles) a.triangles.push_back(t.array() + shift);
   return a;
+}
+
+/// Facing the other way.
+inline TriMesh turned(TriMesh mesh) {
+  for (Vec3i& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
 }
 
 /// Corners at distance 1 on the axes.

@@ -7,7 +7,7 @@
 
 #include "precompute/closest_point.h"
 #include "precompute/elasticity.h"
-#include "precompute/sdf.h"
+#include "common/mesh_sdf.h"
 #include "precompute/tet_element.h"
 #include "precompute/tetrahedralize.h"
 #include "tests/unit/precompute/shapes.h"

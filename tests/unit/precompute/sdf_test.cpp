@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

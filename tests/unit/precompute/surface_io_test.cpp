@@ -1,4 +1,4 @@
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 
 #include <gtest/gtest.h>
 

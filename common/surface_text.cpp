@@ -1,6 +1,6 @@
 #include <string>
 
-#include "precompute/surface_formats.h"
+#include "common/surface_formats.h"
 
 namespace archetide {
 namespace {

@@ -1,4 +1,4 @@
-#include "precompute/surface_topology.h"
+#include "common/surface_topology.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,6 +62,19 @@ std::vector<std::vector<Neighbour>> neighbours(const TriMesh& mesh,
   return around;
 }
 
+/// Of the triangles of a shell, those marked 1 or those marked 0. Returns how many.
+int turn_the_fewer(TriMesh& mesh, const std::vector<int>& shell, const std::vector<int>& mark) {
+  const auto ones = std::count_if(shell.begin(), shell.end(), [&](int t) { return mark[t] == 1; });
+  const int which = 2 * ones > static_cast<std::ptrdiff_t>(shell.size()) ? 0 : 1;
+  int turned = 0;
+  for (const int t : shell) {
+    if (mark[t] != which) continue;
+    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    ++turned;
+  }
+  return turned;
+}
+
 }  // namespace
 
 std::vector<SurfaceEdge> surface_edges(const TriMesh& mesh) {
@@ -100,35 +113,37 @@ std::vector<int> pinched_vertices(const TriMesh& mesh, const std::vector<Surface
   return pinched;
 }
 
+bool is_degenerate(const TriMesh& mesh, int triangle) {
+  const Vec3i& t = mesh.triangles[triangle];
+  const Vec3 a = mesh.vertices[t[1]] - mesh.vertices[t[0]];
+  const Vec3 b = mesh.vertices[t[2]] - mesh.vertices[t[0]];
+  // |a × b| of three exactly collinear doubles is at most a few ulp of |a||b|.
+  return a.cross(b).norm() <= 1e-15 * a.norm() * b.norm();
+}
+
 int orient_consistently(TriMesh& mesh, const std::vector<SurfaceEdge>& edges) {
   const std::vector<std::vector<Neighbour>> around = neighbours(mesh, edges);
   std::vector<int> turned(mesh.triangles.size(), -1);  // -1: not reached yet
-  std::vector<int> front;
+  int total = 0;
   for (std::size_t start = 0; start < turned.size(); ++start) {
     if (turned[start] >= 0) continue;
     turned[start] = 0;
-    front.push_back(static_cast<int>(start));
-    while (!front.empty()) {
-      const int t = front.back();
-      front.pop_back();
+    std::vector<int> shell = {static_cast<int>(start)};  // grows while it is walked through
+    for (std::size_t i = 0; i < shell.size(); ++i) {
+      const int t = shell[i];
       for (const Neighbour& next : around[t]) {
         const int wanted = next.same_direction ? 1 - turned[t] : turned[t];
         if (turned[next.triangle] < 0) {
           turned[next.triangle] = wanted;
-          front.push_back(next.triangle);
+          shell.push_back(next.triangle);
         } else if (turned[next.triangle] != wanted) {
           return -1;
         }
       }
     }
+    total += turn_the_fewer(mesh, shell, turned);
   }
-  // Turn the fewer ones.
-  const auto count = std::count(turned.begin(), turned.end(), 1);
-  const int turn = 2 * count > static_cast<std::ptrdiff_t>(turned.size()) ? 0 : 1;
-  for (std::size_t t = 0; t < turned.size(); ++t) {
-    if (turned[t] == turn) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-  }
-  return static_cast<int>(std::count(turned.begin(), turned.end(), turn));
+  return total;
 }
 
 std::vector<int> shells(const TriMesh& mesh, const std::vector<SurfaceEdge>& edges, int& count) {

@@ -1,4 +1,4 @@
-#include "runtime/output/byte_stream.h"
+#include "common/byte_stream.h"
 
 #include <fstream>
 #include <sstream>

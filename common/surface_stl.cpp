@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "precompute/surface_formats.h"
+#include "common/surface_formats.h"
 
 namespace archetide {
 namespace {

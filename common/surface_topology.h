@@ -22,8 +22,11 @@ std::vector<SurfaceEdge> surface_edges(const TriMesh& mesh);
 /// be manifold.
 std::vector<int> pinched_vertices(const TriMesh& mesh, const std::vector<SurfaceEdge>& edges);
 
-/// Turns the fewer triangles round so that those of a shell agree with each other. Returns how many
-/// were turned, -1 if the surface has only one side. All edges must have two triangles.
+/// Whether a triangle has no area: its corners lie in a line to round-off.
+bool is_degenerate(const TriMesh& mesh, int triangle);
+
+/// Turns the fewer triangles of each shell round so that they agree with each other. Returns how
+/// many were turned, -1 if the surface has only one side. All edges must have two triangles.
 int orient_consistently(TriMesh& mesh, const std::vector<SurfaceEdge>& edges);
 
 /// The shell of each triangle (connected across edges), numbered from 0 by their first triangles.

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 
 namespace archetide {
 

@@ -1,4 +1,4 @@
-#include "precompute/surface_io.h"
+#include "common/surface_io.h"
 
 #include <algorithm>
 #include <charconv>
@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "common/input_error.h"
-#include "precompute/surface_formats.h"
+#include "common/surface_formats.h"
 
 namespace archetide {
 namespace {

@@ -1,12 +1,12 @@
-#include "runtime/output/image.h"
+#include "common/image.h"
 
 #ifdef ARCHETIDE_WITH_PNG
 #include <png.h>
 #endif
 
 #include "common/atomic_file.h"
+#include "common/byte_stream.h"
 #include "common/input_error.h"
-#include "runtime/output/byte_stream.h"
 
 namespace archetide {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "precompute/surface_formats.h"
+#include "common/surface_formats.h"
 
 namespace archetide {
 namespace {

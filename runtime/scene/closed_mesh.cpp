@@ -1,0 +1,45 @@
+#include "runtime/scene/closed_mesh.h"
+
+#include <utility>
+
+#include "common/input_error.h"
+#include "common/surface_io.h"
+#include "common/surface_topology.h"
+#include "common/weld.h"
+
+namespace archetide {
+namespace {
+
+std::string place(const Vec3& x) {
+  return "(" + std::to_string(x[0]) + ", " + std::to_string(x[1]) + ", " + std::to_string(x[2]) +
+         ")";
+}
+
+/// Every edge has two triangles that run along it in opposite directions.
+void demand_closed(const std::string& path, const TriMesh& mesh) {
+  for (const SurfaceEdge& edge : surface_edges(mesh)) {
+    if (edge.triangles.size() == 2 && edge.runs_a_to_b[0] != edge.runs_a_to_b[1]) continue;
+    throw InputError({{{path, 0, 0},
+                       "the surface is not closed and consistently oriented at the edge " +
+                           place(mesh.vertices[edge.a]) + " - " + place(mesh.vertices[edge.b]),
+                       "every edge must belong to exactly two faces that run along it in opposite "
+                       "directions"}});
+  }
+}
+
+}  // namespace
+
+TriMesh read_closed_mesh(const std::string& path) {
+  TriMesh mesh = weld(read_surface(path).mesh).mesh;
+  for (const Vec3& x : mesh.vertices) {
+    if (!x.allFinite())
+      throw InputError({{{path, 0, 0}, "a coordinate is not a number", "export the mesh again"}});
+  }
+  demand_closed(path, mesh);
+  if (enclosed_volume(mesh) < 0.0) {
+    for (Vec3i& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return mesh;
+}
+
+}  // namespace archetide

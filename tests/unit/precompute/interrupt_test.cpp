@@ -1,0 +1,137 @@
+// The program is stopped or killed in the middle: an older archetype stays as it was.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <sstream>
+
+#include "common/archetype.h"
+#include "precompute/defects.h"
+#include "precompute_test_meshes.h"
+
+namespace archetide {
+namespace {
+
+using testing_meshes::ScratchFolder;
+
+std::string bytes_of(const std::string& path) {
+  std::ostringstream out;
+  out << std::ifstream(path, std::ios::binary).rdbuf();
+  return out.str();
+}
+
+/// The program at work, its log on a pipe.
+class Child {
+ public:
+  explicit Child(const std::vector<std::string>& words) {
+    int ends[2];
+    EXPECT_EQ(::pipe(ends), 0);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::dup2(ends[1], STDERR_FILENO);
+      ::close(ends[0]);
+      std::vector<char*> argv;
+      for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+      argv.push_back(nullptr);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    ::close(ends[1]);
+    log_ = ends[0];
+  }
+  ~Child() { ::close(log_); }
+
+  /// Reads the log until it holds `text`; false at its end.
+  bool wait_for(const std::string& text) {
+    char buffer[256];
+    while (read_.find(text) == std::string::npos) {
+      const ssize_t n = ::read(log_, buffer, sizeof buffer);
+      if (n <= 0) return false;
+      read_.append(buffer, static_cast<std::size_t>(n));
+    }
+    return true;
+  }
+  /// The exit code, or minus the signal that ended it.
+  int stop(int signal) {
+    ::kill(pid_, signal);
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  int wait() { return stop(0); }
+
+ private:
+  pid_t pid_ = -1;
+  int log_ = -1;
+  std::string read_;
+};
+
+TEST(Interrupt, LeavesTheOldArchetype) {
+  const ScratchFolder folder;
+  write_ply(folder.file("ball.ply"), shapes::sphere(1.0, 3));
+  const auto body = [&](int target) {
+    return folder.write(
+        "ball.body.toml",
+        "schema = 1\nmesh = \"ball.ply\"\ntet = { target = " + std::to_string(target) +
+            " }\nmaterial = { density = 800.0, young = 1e5, poisson = 0.3 }\n"
+            "modes = { count = 2 }\n");
+  };
+  const std::string out = folder.file("ball.h5");
+  const std::vector<std::string> command = {ARCHETIDE_PRECOMPUTE_BIN, "build", body(500), "-o",
+                                            out};
+  ASSERT_EQ(Child(command).wait(), 0);
+  const std::string old = bytes_of(out), record = bytes_of(folder.file("ball.build.json"));
+  ASSERT_FALSE(old.empty());
+  body(20000);
+  // "surface": it is about to mesh; "tets": about to sample the surface and factor; "modes": about
+  // to write (which may be over before the signal arrives, so that one is only killed below).
+  for (const std::string phase : {"surface: ", "tets: "}) {
+    for (const int signal : {SIGKILL, SIGINT, SIGTERM}) {
+      Child child(command);
+      ASSERT_TRUE(child.wait_for(phase));
+      EXPECT_EQ(child.stop(signal), signal == SIGKILL ? -SIGKILL : 75) << phase;
+      EXPECT_EQ(bytes_of(out), old) << phase << signal;
+      EXPECT_EQ(bytes_of(folder.file("ball.build.json")), record);
+      if (signal != SIGKILL) {
+        EXPECT_FALSE(std::filesystem::exists(out + ".part"));
+      }
+    }
+  }
+  Child child(command);
+  ASSERT_TRUE(child.wait_for("modes: "));
+  child.stop(SIGKILL);
+  EXPECT_NO_THROW(read_archetype(out));  // the old one or the new one, whole
+}
+
+TEST(Program, GmshGivesTheSameArchetypeEachTime) {
+  const ScratchFolder folder;
+  write_ply(folder.file("torus.ply"), shapes::torus(0.25, 0.1, 40, 20));
+  const std::string body = folder.write(
+      "torus.body.toml",
+      "schema = 1\nmesh = \"torus.ply\"\ntet = { mesher = \"gmsh\", target = 4000 }\n"
+      "material = { density = 8.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 2 }\n");
+  for (const std::string name : {"a.h5", "b.h5"})
+    ASSERT_EQ(Child({ARCHETIDE_PRECOMPUTE_BIN, "build", body, "-o", folder.file(name)}).wait(), 0);
+  EXPECT_EQ(bytes_of(folder.file("a.h5")), bytes_of(folder.file("b.h5")));
+}
+
+TEST(Program, OffendingElementsAreNamedBesideTheOutput) {
+  const ScratchFolder folder;
+  TriMesh open = shapes::sphere(1.0, 2);
+  open.triangles.pop_back();
+  write_ply(folder.file("open.ply"), open);
+  const std::string body = folder.write("open.body.toml",
+                                        "schema = 1\nmesh = \"open.ply\"\nmaterial = { density = "
+                                        "8.0, young = 1e5, poisson = 0.3 }\n");
+  Child child({ARCHETIDE_PRECOMPUTE_BIN, "build", body, "-o", folder.file("out.h5")});
+  EXPECT_TRUE(child.wait_for("the elements in question: " + folder.file("out.defects.ply")));
+  EXPECT_EQ(child.wait(), 2);
+  EXPECT_EQ(read_surface(folder.file("out.defects.ply")).mesh.triangles.size(), 3u);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("out.h5")));
+}
+
+}  // namespace
+}  // namespace archetide

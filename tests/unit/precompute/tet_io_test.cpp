@@ -1,0 +1,138 @@
+#include "precompute/tet_io.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "common/base64.h"
+#include "common/input_error.h"
+#include "precompute_test_meshes.h"
+
+namespace archetide {
+namespace {
+
+using testing_meshes::ScratchFolder;
+
+/// A box of 48 tets and a lone triangle cell, as VTK XML in one of its encodings.
+enum class Encoding { kAscii, kBinary, kAppendedRaw, kAppendedBase64 };
+
+TetMesh box() { return shapes::tet_box(2, 2, 2, 0.5); }
+
+template <class T>
+std::string array(Encoding encoding, const std::string& type, const std::string& name,
+                  const std::vector<T>& values, std::string& appended) {
+  std::ostringstream tag;
+  tag.precision(17);
+  tag << "<DataArray type=\"" << type << "\" Name=\"" << name << "\"";
+  const std::uint32_t length = static_cast<std::uint32_t>(values.size() * sizeof(T));
+  std::string bytes(sizeof length + length, '\0');
+  std::memcpy(bytes.data(), &length, sizeof length);
+  std::memcpy(bytes.data() + sizeof length, values.data(), length);
+  if (encoding == Encoding::kAscii) {
+    tag << " format=\"ascii\">\n";
+    for (const T v : values) tag << +v << ' ';
+    tag << "\n</DataArray>\n";
+  } else if (encoding == Encoding::kBinary) {
+    tag << " format=\"binary\">\n  " << base64(bytes) << "\n</DataArray>\n";
+  } else {
+    tag << " format=\"appended\" offset=\"" << appended.size() << "\"/>\n";
+    appended += encoding == Encoding::kAppendedRaw ? bytes : base64(bytes);
+  }
+  return tag.str();
+}
+
+std::string as_vtu(Encoding e, const std::string& head_attributes = "", int cell_type = 10) {
+  std::vector<float> points;
+  std::vector<std::int64_t> corners, ends;
+  std::vector<std::uint8_t> types;
+  for (const Vec3& x : box().nodes)
+    for (const double c : x) points.push_back(static_cast<float>(c));
+  corners = {0, 1, 2};  // a boundary triangle, to be left out
+  ends = {3};
+  types = {5};
+  for (const auto& tet : box().tets) {
+    corners.insert(corners.end(), tet.begin(), tet.end());
+    ends.push_back(static_cast<std::int64_t>(corners.size()));
+    types.push_back(static_cast<std::uint8_t>(cell_type));
+  }
+  std::string appended;
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type='UnstructuredGrid' version=\"0.1\" "
+      "byte_order=\"LittleEndian\" " +
+      head_attributes +
+      ">\n<UnstructuredGrid><Piece NumberOfPoints=\"27\" NumberOfCells=\"49\">\n<PointData>\n";
+  text += array(e, "Float32", "heat", points, appended);
+  text += "</PointData>\n<Points>\n" + array(e, "Float32", "Points", points, appended);
+  text += "</Points>\n<Cells>\n" + array(e, "Int64", "connectivity", corners, appended);
+  text += array(e, "Int64", "offsets", ends, appended);
+  text += array(e, "UInt8", "types", types, appended);
+  text += "</Cells>\n</Piece></UnstructuredGrid>\n";
+  if (!appended.empty())
+    text += std::string("<AppendedData encoding=\"") +
+            (e == Encoding::kAppendedRaw ? "raw" : "base64") + "\">\n_" + appended +
+            "\n</AppendedData>\n";
+  return text + "</VTKFile>\n";
+}
+
+TEST(TetIo, ReadsVtuInEveryUncompressedEncoding) {
+  const ScratchFolder folder;
+  for (const Encoding e :
+       {Encoding::kAscii, Encoding::kBinary, Encoding::kAppendedRaw, Encoding::kAppendedBase64}) {
+    const TetMesh mesh = read_tets(folder.write("Box.VTU", as_vtu(e)), 2.0);
+    ASSERT_EQ(mesh.nodes.size(), box().nodes.size()) << int(e);
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+      EXPECT_EQ(mesh.nodes[i], Vec3(2.0 * box().nodes[i]));  // halves are exact in float
+    EXPECT_EQ(mesh.tets, box().tets);
+  }
+}
+
+std::string refusal(const std::string& path) {
+  try {
+    read_tets(path, 1.0);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TetIo, RefusesVtuThatItCannotRead) {
+  const ScratchFolder folder;
+  const auto has = [&](const std::string& text, const std::string& part) {
+    const std::string found = refusal(folder.write("a.vtu", text));
+    EXPECT_NE(found.find(part), std::string::npos) << found;
+  };
+  has(as_vtu(Encoding::kAscii, "compressor=\"vtkZLibDataCompressor\""), "compressed (vtkZLib");
+  has(as_vtu(Encoding::kAscii, "", 24), "cells of VTK type 24 are not supported");
+  has(as_vtu(Encoding::kAscii, "", 5), "no tetrahedra");
+  has("solid ascii\n", "not a VTK XML file");
+  // Cut off at any length: refused or, behind the arrays, whole; never a crash.
+  for (const Encoding e :
+       {Encoding::kAscii, Encoding::kBinary, Encoding::kAppendedRaw, Encoding::kAppendedBase64}) {
+    const std::string whole = as_vtu(e);
+    for (std::size_t n = 0; n < whole.size() - 60; n += 97)
+      EXPECT_NE(refusal(folder.write("cut.vtu", whole.substr(0, n))), "") << int(e) << " " << n;
+  }
+}
+
+TEST(TetIo, ReadsMedit) {
+  const ScratchFolder folder;
+  std::ostringstream text;
+  text << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << box().nodes.size() << "\n";
+  for (const Vec3& x : box().nodes) text << x.transpose() << " 0\n";
+  text << "Tetrahedra\n" << box().tets.size() << "\n";
+  for (const auto& tet : box().tets) {
+    for (const int node : tet) text << node + 1 << ' ';
+    text << "1\n";
+  }
+  text << "End\n";
+  const TetMesh mesh = read_tets(folder.write("box.mesh", text.str()), 1.0);
+  EXPECT_EQ(mesh.nodes.size(), 27u);
+  EXPECT_EQ(mesh.tets.size(), 48u);
+  double volume = 0.0;
+  for (int t = 0; t < 48; ++t) volume += tet_volume(mesh, t);
+  EXPECT_NEAR(volume, 1.0, 1e-14);
+}
+
+}  // namespace
+}  // namespace archetide
