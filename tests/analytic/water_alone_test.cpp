@@ -41,8 +41,8 @@ TEST(WaterAlone, SloshingHasItsPeriodAndKeepsItsAmplitude) {
     std::printf("dt %.2f: period %+.3f %%, decay %+.3f %% a period\n", dt,
                 100 * relative(r.period, exact), 100 * r.decay);
     EXPECT_LT(std::abs(relative(r.period, exact)), 0.005);  // required; measured 0.0008
-    EXPECT_LT(r.decay, 0.03);                               // required; measured 0.0001
-    EXPECT_GT(r.decay, -0.001);  // grows by no more than the reading of the amplitude errs
+    EXPECT_LT(r.decay, 0.03);                               // required; measured 0.019 and 0.005
+    EXPECT_GT(r.decay, -0.001);  // does not grow
   }
 }
 
