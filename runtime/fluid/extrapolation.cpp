@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
@@ -12,7 +13,8 @@ namespace {
 using Mask = Array3<unsigned char>;
 constexpr unsigned char kClaimed = 255;  // in the frontier, value not known yet
 constexpr int kMaxLayers = 253;
-constexpr int kLinearLayers = 2;  // of velocities: what moves a surface between two faces is second order
+constexpr int kLinearLayers =
+    2;  // of velocities: what moves a surface between two faces is second order
 constexpr double kUnchanged = 1e-9;  // in dx: smaller changes of phi are rounding
 
 bool known(const Mask& valid, int n) { return valid[n] != 0 && valid[n] != kClaimed; }
@@ -29,8 +31,8 @@ std::vector<int> first_frontier(Mask& valid) {
   return frontier;
 }
 
-// Layer by layer: f on the frontier from value(n), which reads known points only. `done` layers were
-// grown before.
+// Layer by layer: f on the frontier from value(n), which reads known points only. `done` layers
+// were grown before.
 template <class Value>
 void grow(Array3<double>& f, Mask& valid, int layers, const Value& value, int done = 0) {
   layers = std::min(layers, kMaxLayers);
@@ -66,12 +68,18 @@ void grow_constant(Array3<double>& f, Mask& valid, int layers, int done = 0) {
       done);
 }
 
-double minmod(double a, double b) {
-  return a * b <= 0.0 ? 0.0 : std::abs(a) < std::abs(b) ? a : b;
+// The smaller of two successive slopes, as far as they are alike: all of it from a ratio of 3/4 on,
+// nothing below 1/2, where the flow is not resolved. Believing every slope of one sign made
+// splashes throw up spikes (a ring dropped into a tub of 48^3 took 448 steps for 2.5 s, now 402,
+// with constants 346).
+double trusted_slope(double a, double b) {
+  if (a * b <= 0.0) return 0.0;
+  if (std::abs(b) < std::abs(a)) std::swap(a, b);
+  return a * std::clamp(4.0 * a / b - 2.0, 0.0, 1.0);
 }
 
-// Linear: the mean over the known neighbours m of f(m) and the smaller of the two last slopes on
-// the way to it, 0 if they differ in sign (noise) or are not known.
+// Linear: the mean over the known neighbours m of f(m) and the slope on the way to it, 0 if it is
+// not known.
 void grow_linear(Array3<double>& f, Mask& valid, int layers) {
   const int stride[3] = {1, f.nx(), f.nx() * f.ny()}, size[3] = {f.nx(), f.ny(), f.nz()};
   grow(f, valid, layers, [&](int n) {
@@ -85,7 +93,7 @@ void grow_linear(Array3<double>& f, Mask& valid, int layers) {
       const int end = at[axis] + 3 * side, step = side * stride[axis];
       if (end < 0 || end >= size[axis] || !known(valid, m + step) || !known(valid, m + 2 * step))
         return;
-      sum += minmod(f[m] - f[m + step], f[m + step] - f[m + 2 * step]);
+      sum += trusted_slope(f[m] - f[m + step], f[m + step] - f[m + 2 * step]);
     });
     return sum / count;
   });

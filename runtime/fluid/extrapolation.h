@@ -6,8 +6,8 @@ namespace archetide {
 
 /// Continues face velocities from valid faces (valid != 0) into invalid ones, layer by layer: every
 /// new face takes the mean over its valid face neighbours of the layers before, each continued by
-/// its slope in the first two layers (the smaller of the last two slopes, 0 where they differ in
-/// sign): with constants alone the surface between the last face and the first beyond moves by a
+/// its slope in the first two layers (the smaller of the last two slopes, 0 where they are not
+/// alike): with constants alone the surface between the last face and the first beyond moves by a
 /// velocity of first order (sloshing period 0.67 % too long at 64 cells; now within 0.1 %). On
 /// return valid is 1
 /// on the faces that were valid, 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
