@@ -63,8 +63,7 @@ IntakeReport expect_volume(const TriMesh& mesh, Repair kind, double expected, do
 
 constexpr double kExact = 1e-12;
 // A wrap lies outside: its offset (1/1500 of the diagonal) all round, and concave places and sharp
-// edges bridged by up to alpha (1/50 of the diagonal). Measured on the bodies below: +0.9 to +3.8
-// %.
+// edges bridged by up to alpha (1/50 of the diagonal).
 constexpr double kWrapLow = 0.002, kWrapHigh = 0.05;
 
 TriMesh ball() { return shapes::sphere(1.0, 3); }
