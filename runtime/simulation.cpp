@@ -20,7 +20,7 @@ namespace {
 // pressure. 1/2 leaves waves of every length and floating bodies undamped: a tank with bodies in it
 // was still in violent motion after 10 s, where real water has lost the energy in what the grid
 // does not see. 1/2 - c damps an oscillation of frequency w by c/2 (w dt)^2 a step: 2 % a period
-// for a sloshing tank of 64 cells at the largest step, 0.1 % at a quarter of it; bodies more. The
+// for a sloshing tank of 64 cells at the largest step, 0.5 % at a quarter of it; bodies more. The
 // chop that breaking feeds is read back less still: 15 % a step for waves of two cells.
 constexpr double kReadBack = 0.47;
 constexpr double kBodyReadBack = 0.4;

@@ -9,6 +9,7 @@
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -196,15 +197,10 @@ Simulation sunk_ball_and_ring() {
   o.friction = 0.4;
   o.has_water = true;
   o.reference_point = Vec3(0, 0, 0.7);
-  FluidState water;
-  water.phi.resize(20, 20, 20);
-  for (int k = 0; k < 20; ++k)
-    for (int j = 0; j < 20; ++j)
-      for (int i = 0; i < 20; ++i) water.phi(i, j, k) = (k + 0.5) / 20 - 0.7;
   std::vector<ReducedBody> bodies = {ball_on_a_face(0.1, 0.25, 0.25),
                                      soft_ring(Vec3(0.68, 0.65, 0.052))};
   for (ReducedBody& b : bodies) b.mass_scale = 2.0;
-  return Simulation(o, std::move(water), bodies, {});
+  return Simulation(o, water_to(o.grid, 0.7), bodies, {});
 }
 
 /// Under water the ring does not come to the rest that it finds when dry (1e-4 of the size is the

@@ -38,8 +38,9 @@ TEST(Surface, FlatWaterAtRestIsUntouchedBitForBit) {
     prepare_surface(g, s, options, solid);
     const Array3<double> before = s.phi;
     for (int step = 0; step < 100; ++step) advance_surface(g, s, 0.01, options, solid, step);
-    // Inside the body phi is a continuation, which redistancing and extension renew in turn; deep water beside the
-    // body feels that in its distance, the surface and the two cells next to it do not.
+    // Inside the body phi is a continuation, which redistancing and extension renew in turn; deep
+    // water beside the body feels that in its distance, the surface and the two cells next to it do
+    // not.
     std::size_t changed = 0;
     for (std::size_t n = 0; n < before.size(); ++n)
       changed += !solid[n] && std::abs(before[n]) < 2 * g.dx && s.phi[n] != before[n];
@@ -142,14 +143,24 @@ TEST(SlowSurface, ZalesaksDiskKeepsItsArea) {
   EXPECT_LT(std::abs(zalesak_area_change(0)), 0.005);   // measured 0.0031
 }
 
+// `flow` times cos(pi t / period) over one period: all comes back to where it was.
+void advance_there_and_back(const Grid& g, const MacField& flow, double period, int steps,
+                            const SurfaceOptions& options, FluidState& s) {
+  for (int step = 0; step < steps; ++step) {
+    const double factor = std::cos(M_PI * (step + 0.5) / steps);
+    for (int a = 0; a < 3; ++a)
+      for (std::size_t c = 0; c < flow[a].size(); ++c) s.u[a][c] = factor * flow[a][c];
+    advance_surface(g, s, period / steps, options, kNoSolid, step);
+  }
+}
+
 // Sphere in the three-dimensional reversed deformation field of [LeVeque 1996], run by [EMF02] on
 // 100^3 cells; relative change of its volume when it comes back.
 double enright_volume_change(int n, int per_cell) {
   const Grid g = unit_grid(n, n, n, 1.0 / n);
   SurfaceOptions options;
   options.particles_per_cell = per_cell;
-  // Face fluxes of the vector potential's edge circulation are not needed: the field is smooth and
-  // its discrete divergence O(dx^2).
+  // Sampled at the faces: the discrete divergence is O(dx^2).
   const MacField flow = sample_faces(g, [](int a, const Vec3& x) {
     const auto s = [](double t) { return std::sin(M_PI * t); };
     const auto s2 = [](double t) { return std::sin(2 * M_PI * t); };
@@ -158,18 +169,11 @@ double enright_volume_change(int n, int per_cell) {
                     : -s2(x[0]) * s2(x[1]) * s(x[2]) * s(x[2]);
   });
   FluidState s = state_of(
-      g, options, sample_cells(g, [](const Vec3& x) {
-        return test::sphere(x, Vec3(0.35, 0.35, 0.35), 0.15);
-      }),
+      g, options,
+      sample_cells(g, [](const Vec3& x) { return test::sphere(x, Vec3(0.35, 0.35, 0.35), 0.15); }),
       flow);
   const double before = water_volume(g, s.phi), period = 3.0;
-  const int steps = 6 * n;  // CFL 1 at speed 2
-  for (int step = 0; step < steps; ++step) {
-    const double factor = std::cos(M_PI * (step + 0.5) / steps);
-    for (int a = 0; a < 3; ++a)
-      for (std::size_t c = 0; c < flow[a].size(); ++c) s.u[a][c] = factor * flow[a][c];
-    advance_surface(g, s, period / steps, options, kNoSolid, step);
-  }
+  advance_there_and_back(g, flow, period, 6 * n, options, s);  // CFL 1 at speed 2
   const double change = water_volume(g, s.phi) / before - 1;
   std::printf("Enright %d^3, %d particles per cell: volume %+.2f %%\n", n, per_cell, 100 * change);
   return change;
@@ -201,13 +205,7 @@ TEST(SlowSurface, ReversedVortexInABoxBringsTheDiskBack) {
     });
     FluidState s = state_of(g, options, start, flow);
     const double before = water_volume(g, s.phi);
-    const int steps = 2 * n;
-    for (int step = 0; step < steps; ++step) {
-      const double factor = std::cos(M_PI * (step + 0.5) / steps);
-      for (int a = 0; a < 3; ++a)
-        for (std::size_t c = 0; c < flow[a].size(); ++c) s.u[a][c] = factor * flow[a][c];
-      advance_surface(g, s, period / steps, options, kNoSolid, step);
-    }
+    advance_there_and_back(g, flow, period, 2 * n, options, s);
     const double change = water_volume(g, s.phi) / before - 1;
     double error = 0.0;
     int count = 0;
