@@ -16,13 +16,8 @@
 namespace archetide {
 namespace {
 
+using testing_meshes::bytes_of;
 using testing_meshes::ScratchFolder;
-
-std::string bytes_of(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
 
 std::string as_off(const TriMesh& m) {
   std::ostringstream text;

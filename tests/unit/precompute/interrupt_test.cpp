@@ -15,13 +15,8 @@
 namespace archetide {
 namespace {
 
+using testing_meshes::bytes_of;
 using testing_meshes::ScratchFolder;
-
-std::string bytes_of(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
 
 /// The program at work, its log on a pipe.
 class Child {

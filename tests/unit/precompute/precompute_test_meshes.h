@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -12,6 +13,12 @@
 #include "shapes.h"
 
 namespace archetide::testing_meshes {
+
+inline std::string bytes_of(const std::string& path) {
+  std::ostringstream out;
+  out << std::ifstream(path, std::ios::binary).rdbuf();
+  return out.str();
+}
 
 /// A new folder for the files of one test, removed at its end.
 class ScratchFolder {
