@@ -6,6 +6,7 @@
 #include "common/input_error.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
+#include "runtime/coupling/air_extension.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/particle_level_set.h"
@@ -126,10 +127,10 @@ struct Simulation::Impl {
   Array3<unsigned char> solid_cells;
   FaceField<unsigned char> target;
   MacField u_half, u_star;
-  MacField push;     // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
-                     // continued like the velocity
-  MacField carrier;  // transporting velocity, m/s
-  MacField u_last;   // u^{n-1}, m/s (Scheme::kSingle)
+  MacField push;         // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
+                         // continued like the velocity
+  MacField carrier;      // transporting velocity, m/s
+  MacField u_last;       // u^{n-1}, m/s (Scheme::kSingle)
   double last_dt = 0.0;  // s, of the step that u_half stems from; 0: of none
   long step_count = 0;
   double volume_wanted = 0.0,
@@ -179,6 +180,9 @@ struct Simulation::Impl {
     if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi};
     return {&fluid.phi, &u_half, kReadBack * dt, kChopDamping * dt, &push, 0.5 * dt};
   }
+  // How far from the surface the velocity that carries it is asked, m: where a step may carry it,
+  // and the cells around.
+  double swept_reach() const { return (1.5 + std::min(options.cfl, 3.0)) * options.grid.dx; }
   void control_volume();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
@@ -410,6 +414,8 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     {
       ScopedTimer timer(profile, "surface");
       mark_solid_cells(coupling.solids(), solid_cells);
+      make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(),
+                               u_half);
       std::swap(fluid.u, u_half);
       advance_surface(g, fluid, dt, surface_options(), solid_cells, step_count);
       std::swap(fluid.u, u_half);
