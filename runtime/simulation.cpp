@@ -156,6 +156,7 @@ struct Simulation::Impl {
   SurfaceOptions surface_options() const {
     SurfaceOptions s;
     s.particles_per_cell = options.particles_per_cell;
+    s.open_side = options.open_side;
     return s;
   }
   int extrapolation_layers() const { return static_cast<int>(std::ceil(options.cfl)) + 4; }

@@ -52,8 +52,8 @@ double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid
     for (f[c] = 0; f[c] < g.size(c); ++f[c])
       for (f[b] = 0; f[b] < g.size(b); ++f[b])
         if (coupling.valid()[axis](f[0], f[1], f[2]) == 1)
-          sum += (side % 2 ? 1.0 : -1.0) * coupling.open()[axis](f[0], f[1], f[2]) *
-                 fluid.u[axis](f[0], f[1], f[2]);
+          sum += coupling.open()[axis](f[0], f[1], f[2]) *
+                 std::max((side % 2 ? 1.0 : -1.0) * fluid.u[axis](f[0], f[1], f[2]), 0.0);
   }
   return sum * g.dx * g.dx;
 }

@@ -14,7 +14,7 @@ void add_water_statistics(const SimulationOptions& options, const FluidState& fl
 /// Volume of water outside the solids, m^3.
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids);
 
-/// Water that leaves through the open sides of the tank, m^3/s.
+/// Water that leaves through the open sides of the tank, m^3/s (what comes in is air).
 double outflow_through_sides(const SimulationOptions& options, const FluidState& fluid,
                              const Coupling& coupling);
 

@@ -33,10 +33,29 @@ double difference(const double* p, std::ptrdiff_t stride, int i, int n) {
   return 0.5 * (p[stride] - p[-stride]);
 }
 
+// phi at the point s (cells from the low corner) where it lies beyond the last centres before an
+// open side: with the last slope and at least the distance to the side, outside of which is air.
+double with_air_outside(const Grid& g, const Sides& open_side, const Array3<double>& phi,
+                        const double s[3], double value) {
+  int c[3];
+  for (int a = 0; a < 3; ++a) c[a] = std::clamp(static_cast<int>(s[a]), 0, g.size(a) - 1);
+  for (int side = 0; side < 6; ++side) {
+    if (!open_side[side]) continue;
+    const int a = side / 2;
+    const double beyond = side % 2 ? s[a] - (g.size(a) - 0.5) : 0.5 - s[a];  // the last centre
+    if (beyond <= 0.0) continue;
+    int inner[3] = {c[0], c[1], c[2]};
+    inner[a] = std::clamp(c[a] + (side % 2 ? -1 : 1), 0, g.size(a) - 1);
+    const double slope = phi(c[0], c[1], c[2]) - phi(inner[0], inner[1], inner[2]);
+    value = std::max(value + beyond * std::clamp(slope, 0.0, g.dx), (beyond - 0.5) * g.dx);
+  }
+  return value;
+}
+
 }  // namespace
 
-void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi,
-                      double band) {
+void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
+                      const Sides& open_side) {
   const std::vector<int> cells =
       collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
   const MacSampler sampler(g, u);
@@ -49,8 +68,8 @@ void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double
     double v[3], s[3];
     sampler(x[0], x[1], x[2], v);
     sampler.trace(x, v, -dt / g.dx, s);
-    for (double& coordinate : s) coordinate -= 0.5;
-    values[t] = tricubic(phi, s);
+    const double foot[3] = {s[0] - 0.5, s[1] - 0.5, s[2] - 0.5};
+    values[t] = with_air_outside(g, open_side, phi, s, tricubic(phi, foot));
   }
 #pragma omp parallel for
   for (int t = 0; t < count; ++t) phi[cells[t]] = values[t];

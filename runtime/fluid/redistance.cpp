@@ -89,10 +89,10 @@ double slope_to_remove(double slope) {
   return 1.0 + blend * (slope - 1.0);
 }
 
-// Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton towards
-// the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative when it
-// does not get there. Fourth order, so that doing it often does not wander: dividing phi by its
-// slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
+// Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton
+// towards the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative
+// when it does not get there. Fourth order, so that doing it often does not wander: dividing phi by
+// its slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
 double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
   constexpr int kMaxIterations = 8;
   constexpr double kDone = 1e-5, kFarthest = 1.5;  // dx
@@ -167,9 +167,7 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
 // The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive.
 UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double band,
                        bool second_order) {
-  const auto value = [&](int step) {
-    return std::abs(p[step]) < kInSolid ? sign * p[step] : band;
-  };
+  const auto value = [&](int step) { return std::abs(p[step]) < kInSolid ? sign * p[step] : band; };
   const double low = i > 0 ? value(-stride) : band;
   const double high = i < n - 1 ? value(stride) : band;
   const bool downwards = low <= high;

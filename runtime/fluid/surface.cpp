@@ -26,7 +26,7 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   const double moving_band = std::max(options.band_cells, crossed + kMargin) * g.dx;
   if (moving_band > band) redistance(g, state.phi, moving_band, solid_cells);
 
-  advect_level_set(g, state.u, dt, state.phi, moving_band);
+  advect_level_set(g, state.u, dt, state.phi, moving_band, options.open_side);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   redistance(g, state.phi, band, solid_cells);

@@ -46,6 +46,17 @@ TEST(WaterAlone, SloshingHasItsPeriodAndKeepsItsAmplitude) {
   }
 }
 
+TEST(WaterAlone, SteepWavesKeepTheirVolume) {
+  // The surface is first order where it breaks: a few thousandths of dx per step remain. 0.3 % of
+  // 0.5 m of water are 0.05 cells of level. With a velocity continued by slopes alone these lost
+  // 0.5 % and 1.1 %.
+  for (const bool ball : {false, true}) {
+    const SteepWavesResult r = steep_waves(32, 0.1, ball);
+    std::printf("%d steps, volume %+.3f %%\n", r.steps, 100 * r.volume_change);
+    EXPECT_LT(std::abs(r.volume_change), 0.003);  // measured +0.0009 and -0.0015
+  }
+}
+
 TEST(WaterAlone, EllipticDropFollowsTheNonlinearSolution) {
   const double a[2] = {2.27551598, 3.678985324}, b[2] = {0.439460768, 0.271814077};
   double late_a[2];
@@ -56,7 +67,7 @@ TEST(WaterAlone, EllipticDropFollowsTheNonlinearSolution) {
                 100 * relative(r.long_axis[0], a[0]), 100 * relative(r.long_axis[1], a[1]),
                 100 * relative(r.short_axis[0], b[0]), 100 * relative(r.short_axis[1], b[1]));
     if (level == 0) continue;
-    for (int t = 0; t < 2; ++t) {  // required: 0.5 %; measured at most 0.09 %
+    for (int t = 0; t < 2; ++t) {  // required: 0.5 %; measured at most 0.38 %
       EXPECT_LT(std::abs(relative(r.long_axis[t], a[t])), 0.005);
       EXPECT_LT(std::abs(relative(r.short_axis[t], b[t])), 0.005);
     }

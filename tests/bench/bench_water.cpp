@@ -1,5 +1,5 @@
 // Water alone against known answers: error beside CPU seconds.
-//   bench_water [vortex] [slosh] [drop] [spheroid]      (all of them when none is named)
+//   bench_water [vortex] [slosh] [waves] [drop] [spheroid]      (all of them when none is named)
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -14,8 +14,9 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 double percent(double value, double exact) { return 100.0 * (value / exact - 1.0); }
 
 void vortex() {
-  std::printf("Taylor-Green cells, one turnover\n"
-              "scheme   cells  CFL  steps  energy change %%  L2 velocity error    CPU s\n");
+  std::printf(
+      "Taylor-Green cells, one turnover\n"
+      "scheme   cells  CFL  steps  energy change %%  L2 velocity error    CPU s\n");
   for (const Scheme scheme : {Scheme::kNewmark, Scheme::kSingle})
     for (const double cfl : {1.0, 4.0})
       for (const int n : {32, 64, 128}) {
@@ -28,8 +29,9 @@ void vortex() {
 }
 
 void slosh() {
-  std::printf("sloshing, L = 1 m, depth 0.5 m, amplitude 0.01 m; exact period 1.181816 s\n"
-              "cells  max dt  particles  steps  period error %%  decay a period %%    CPU s\n");
+  std::printf(
+      "sloshing, L = 1 m, depth 0.5 m, amplitude 0.01 m; exact period 1.181816 s\n"
+      "cells  max dt  particles  steps  period error %%  decay a period %%    CPU s\n");
   for (const int n : {32, 64})
     for (const double dt : {0.04, 0.01})
       for (const int particles : {0, 16}) {
@@ -40,18 +42,33 @@ void slosh() {
       }
 }
 
+void waves() {
+  std::printf(
+      "steep waves in a tank of 1 m, 2 s, volume control off\n"
+      "cells  amplitude  ball  steps  volume %%    CPU s\n");
+  for (const int n : {16, 32})
+    for (const double amplitude : {0.05, 0.1})
+      for (const bool ball : {false, true}) {
+        const double t0 = cpu_seconds();
+        const SteepWavesResult r = steep_waves(n, amplitude, ball);
+        std::printf("%5d %10.2f %5s %6d %+9.3f %8.2f\n", n, amplitude, ball ? "yes" : "no", r.steps,
+                    100.0 * r.volume_change, cpu_seconds() - t0);
+      }
+}
+
 void print_drop(const char* name, int n, double cfl, int particles, const DropResult& r,
                 const double a[2], const double b[2], double seconds) {
-  std::printf("%-9s %5d %4.1f %9d %6d   %+7.3f %+7.3f   %+7.3f %+7.3f %9.3f %8.2f\n", name, n,
-              cfl, particles, r.steps, percent(r.long_axis[0], a[0]), percent(r.short_axis[0], b[0]),
-              percent(r.long_axis[1], a[1]), percent(r.short_axis[1], b[1]), 100.0 * r.volume_change,
-              seconds);
+  std::printf("%-9s %5d %4.1f %9d %6d   %+7.3f %+7.3f   %+7.3f %+7.3f %9.3f %8.2f\n", name, n, cfl,
+              particles, r.steps, percent(r.long_axis[0], a[0]), percent(r.short_axis[0], b[0]),
+              percent(r.long_axis[1], a[1]), percent(r.short_axis[1], b[1]),
+              100.0 * r.volume_change, seconds);
 }
 
 void drop() {
-  std::printf("drops without gravity: errors of the semi-axes in %% (exact nonlinear solutions)\n"
-              "drop     cells/R  CFL particles  steps   early a       b    late a       b  volume %%"
-              "    CPU s\n");
+  std::printf(
+      "drops without gravity: errors of the semi-axes in %% (exact nonlinear solutions)\n"
+      "drop     cells/R  CFL particles  steps   early a       b    late a       b  volume %%"
+      "    CPU s\n");
   const double a[2] = {2.27551598, 3.678985324}, b[2] = {0.439460768, 0.271814077};
   for (const int particles : {0, 16})
     for (const int n : {8, 16, 32}) {
@@ -84,6 +101,7 @@ int main(int argc, char** argv) {
   };
   if (wanted("vortex")) archetide::vortex();
   if (wanted("slosh")) archetide::slosh();
+  if (wanted("waves")) archetide::waves();
   if (wanted("drop")) archetide::drop();
   if (wanted("spheroid")) archetide::spheroid();
 }

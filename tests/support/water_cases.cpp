@@ -4,6 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "runtime/statistics.h"
+#include "tests/support/dry_body.h"
+#include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
 
 namespace archetide {
@@ -38,8 +41,7 @@ double extent(const Grid& g, const Array3<double>& phi, const Vec3& from, int ax
   double last = interpolate(g, phi, from);
   for (double s = 0.25 * g.dx;; s += 0.25 * g.dx) {
     const double here = interpolate(g, phi, from + s * Vec3::Unit(axis));
-    if (here >= 0.0 || s > 1e3 * g.dx * g.nx)
-      return s - 0.25 * g.dx * here / (here - last);
+    if (here >= 0.0 || s > 1e3 * g.dx * g.nx) return s - 0.25 * g.dx * here / (here - last);
     last = here;
   }
 }
@@ -91,6 +93,37 @@ VecX unsteady_vortices(int n, double cfl) {
   return probes;
 }
 
+SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
+  SimulationOptions o;
+  o.grid = {n, n, 3 * n / 2, 1.0 / n, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.volume_control = false;
+  FluidState start = water_where(o.grid, [&](const Vec3& x) {
+    const double ex = std::cos(M_PI * x[0]), ey = 0.6 * std::cos(2.0 * M_PI * x[1]);
+    const double sx = -M_PI * amplitude * std::sin(M_PI * x[0]),
+                 sy = -1.2 * M_PI * amplitude * std::sin(2.0 * M_PI * x[1]);
+    return (x[2] - 0.5 - amplitude * (ex + ey)) / std::sqrt(1.0 + sx * sx + sy * sy);
+  });
+  std::vector<ReducedBody> bodies;
+  if (ball) {
+    bodies.push_back(make_body(rigid_surface_archetype(icosphere(3, 0.2), 500.0), 0));
+    bodies[0].position = Vec3(0.503, 0.497, 0.51);
+  }
+  Simulation simulation(o, std::move(start), std::move(bodies), {});
+  const double before =
+      water_volume(o.grid, simulation.fluid().phi, simulation.coupling().solids());
+  SteepWavesResult result;
+  constexpr double kEnd = 2.0;
+  while (simulation.time() < kEnd - 1e-9) {
+    const StepReport r =
+        simulation.step(std::min(simulation.stable_dt(), kEnd - simulation.time()));
+    result.volume_change = r.water_volume / before - 1.0;
+    ++result.steps;
+  }
+  return result;
+}
+
 SloshResult sloshing(int n, double max_dt, int particles) {
   SimulationOptions o;
   o.grid = {n, 1, 3 * n / 4, 1.0 / n, Vec3::Zero()};
@@ -99,9 +132,8 @@ SloshResult sloshing(int n, double max_dt, int particles) {
   o.max_dt = max_dt;
   o.particles_per_cell = particles;
   const double depth = 0.5, amplitude = 0.01, period = 1.181815523;
-  FluidState start = water_where(o.grid, [&](const Vec3& x) {
-    return x[2] - depth - amplitude * std::cos(M_PI * x[0]);
-  });
+  FluidState start = water_where(
+      o.grid, [&](const Vec3& x) { return x[2] - depth - amplitude * std::cos(M_PI * x[0]); });
   Simulation simulation(o, std::move(start), {}, {});
   const auto mode = [&] {
     double sum = 0.0;
@@ -141,8 +173,10 @@ DropResult elliptic_drop(int n, double cfl, int particles) {
   o.particles_per_cell = particles;
   o.volume_control = false;
   o.cfl = cfl;
-  FluidState start = water_where(o.grid, [](const Vec3& x) { return std::hypot(x[0], x[1]) - 1.0; });
-  set_velocity(o.grid, [](const Vec3& x) { return Vec3(x[0], -x[1], 0.0); }, start);
+  FluidState start =
+      water_where(o.grid, [](const Vec3& x) { return std::hypot(x[0], x[1]) - 1.0; });
+  set_velocity(
+      o.grid, [](const Vec3& x) { return Vec3(x[0], -x[1], 0.0); }, start);
   Simulation simulation(o, std::move(start), {}, {});
   DropResult result;
   const Vec3 centre(0, 0, 0.5 * dx);
@@ -171,7 +205,9 @@ DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
   o.cfl = cfl;
   FluidState start = water_where(o.grid, [](const Vec3& x) { return x.norm() - 1.0; });
   set_velocity(
-      o.grid, [&](const Vec3& x) { return Vec3(-0.5 * sign * x[0], -0.5 * sign * x[1], sign * x[2]); }, start);
+      o.grid,
+      [&](const Vec3& x) { return Vec3(-0.5 * sign * x[0], -0.5 * sign * x[1], sign * x[2]); },
+      start);
   Simulation simulation(o, std::move(start), {}, {});
   DropResult result;
   double volume = 0.0;

@@ -15,8 +15,9 @@ struct VortexResult {
 /// steady flow of largest speed 1, followed for one turnover (2 pi) at this CFL number.
 VortexResult taylor_green(int n, double cfl, Scheme scheme);
 
-/// Unsteady vortices of stream function sin x sin y + sin 2x sin y in a closed box of pi, n^2 cells,
-/// until time 1: vertical velocity at (pi/4, pi/2)-like probes, 9 values, for self-convergence.
+/// Unsteady vortices of stream function sin x sin y + sin 2x sin y in a closed box of pi, n^2
+/// cells, until time 1: vertical velocity at (pi/4, pi/2)-like probes, 9 values, for
+/// self-convergence.
 VecX unsteady_vortices(int n, double cfl);
 
 struct SloshResult {
@@ -27,6 +28,15 @@ struct SloshResult {
 /// First mode of a tank of length L = 1 m, depth 0.5 m, n cells long, amplitude 0.01 m, over
 /// three periods.
 SloshResult sloshing(int n, double max_dt, int particles);
+
+struct SteepWavesResult {
+  double volume_change = 0.0;  // relative, without volume control
+  int steps = 0;
+};
+/// Waves of both kinds across a tank of 1 m x 1 m x 1.5 m with n cells a metre and 0.5 m of water
+/// at rest at first, surface 0.5 + a cos(pi x) + 0.6 a cos(2 pi y), for 2 s, with a ball of 0.2 m
+/// radius and half the water's density in it if asked for. At a = 0.1 m they break.
+SteepWavesResult steep_waves(int n, double amplitude, bool ball);
 
 struct DropResult {
   double long_axis[2], short_axis[2];  // m, at A0 t = 1 and 2 (spheroid: 0.5 and 1)

@@ -106,6 +106,28 @@ TEST(LevelSetAdvection, TranslatesPlanesExactly) {
         ASSERT_NEAR(phi(i, j, k), plane(g.cell_centre(i, j, k) - dt * u), 1e-14);
 }
 
+TEST(LevelSetAdvection, AirComesInThroughAnOpenSide) {
+  const Grid g = unit_grid(4, 4, 16, 0.1);
+  const MacField down =
+      test::sample_faces(g, [](int a, const Vec3&) { return a == 2 ? -1.0 : 0.0; });
+  Sides open_side{};
+  open_side[5] = true;
+  Array3<double> open = sample_cells(g, [](const Vec3& x) { return x[2] - 1.6; }), closed = open;
+  for (int s = 0; s < 10; ++s) {
+    advect_level_set(g, down, 0.05, open, 1e9, open_side);
+    advect_level_set(g, down, 0.05, closed, 1e9);
+  }
+  // 0.5 m of air above the height 1.1 m: a plane, exact.
+  for (int k = 0; k < 16; ++k)
+    EXPECT_NEAR(open(1, 2, k), g.cell_centre(1, 2, k)[2] - 1.1, 1e-12) << k;
+  // A full tank, which has no surface yet: the side is one.
+  Array3<double> full(4, 4, 16, -0.5);
+  for (int s = 0; s < 10; ++s) advect_level_set(g, down, 0.01, full, 1e9, open_side);
+  EXPECT_GT(full(1, 2, 15), 0.0);
+  EXPECT_LT(full(1, 2, 13), 0.0);
+  EXPECT_LT(closed(1, 2, 15), 0.0);
+}
+
 TEST(LevelSetAdvection, IsAtLeastSecondOrderForASmoothFunction) {
   double error[2];
   for (int level : {0, 1}) {
