@@ -97,8 +97,7 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   VecX momentum;
   if (options_.geometry == Geometry::kCutCell) {
     c.flux = std::move(fluxes_[b]);
-    carried = carried_water(options_.grid, surfaces_[b], faces_[b], options_.hydrostatics.density,
-                            c.flux);
+    carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density, c.flux);
     bound_carried_water(H, carried);
     momentum = carried * carried_velocity_[b];
   } else {

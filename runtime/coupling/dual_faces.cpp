@@ -10,17 +10,12 @@ namespace {
 // 0.1.
 constexpr double kMostSlip = 0.25;
 
-// Velocity of the body at the face along its axis per unit y, 6 + r. Modes: the normal velocity of
-// the surface in the two cells, F / A, along the axis.
-void face_velocity(const Grid& g, const BodySurface& s, const DualFace& f, const MatX& flux,
-                   VecX& Q) {
-  const Vec3 arm = g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]) - s.centre;
-  Q.setZero(flux.rows());
-  Q[f.axis] = 1.0;
-  Q.segment<3>(3) = arm.cross(Vec3::Unit(f.axis));  // (w x arm)_a
-  const Eigen::Index r = flux.rows() - 6;
-  Q.tail(r) =
-      0.5 * f.n_over_A / (g.dx * g.dx) * (flux.col(f.low).tail(r) + flux.col(f.high).tail(r));
+// Velocity of the wall at the face along its axis per unit y, 6 + r. Spin and modes: its normal
+// velocity in the two cells, F / A, along the axis, which is all of it where n = axis.
+void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, VecX& Q) {
+  const double scale = 0.5 * f.n_over_A / (g.dx * g.dx);
+  Q = scale * (flux.col(f.low) + flux.col(f.high));
+  Q.head<3>() = Vec3::Unit(f.axis);
 }
 
 }  // namespace
@@ -37,13 +32,13 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
   }
 }
 
-MatX carried_water(const Grid& g, const BodySurface& s, const std::vector<DualFace>& faces,
-                   double density, BodyFlux& flux) {
+MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
+                   BodyFlux& flux) {
   MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
   VecX Q;
   for (const DualFace& f : faces) {
     if (!f.wet) continue;
-    face_velocity(g, s, f, flux.flux, Q);
+    face_velocity(g, f, flux.flux, Q);
     mass.noalias() += f.volume * Q * Q.transpose();
     mass(f.axis, f.axis) += f.slip;
   }
@@ -56,7 +51,7 @@ MatX carried_water(const Grid& g, const BodySurface& s, const std::vector<DualFa
 }
 
 void bound_carried_water(const MatX& H, MatX& carried) {
-  constexpr double kLeast = -0.5;  // eigenvalue of H^-1 M
+  constexpr double kLeast = -0.1;  // eigenvalue of H^-1 M
   const Eigen::LLT<MatX> factor(H);
   const auto L = factor.matrixL();
   const MatX scaled = L.solve(L.solve(carried).transpose());  // L^-1 M L^-T

@@ -39,11 +39,12 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
 
 /// Adds the flux s v_a to F and returns the mass of the water that moves with the body, sum rho
 /// dx^3 (s v_a^2 + (V - w) (Q y)^2), (6 + r) x (6 + r), kg. Symmetric; V - w has either sign.
-MatX carried_water(const Grid& g, const BodySurface& surface, const std::vector<DualFace>& faces,
-                   double density, BodyFlux& flux);
+MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
+                   BodyFlux& flux);
 
-/// Takes what is negative off the carried water so far that half of H is left in every direction:
-/// H + carried is positive definite for bodies however light.
+/// Takes what is negative off the carried water so far that nine tenths of H are left in every
+/// direction: H + carried is positive definite and A hardly worse conditioned for bodies however
+/// light. A sphere of 4 cells per radius heavier than 0.06 of the water keeps all of it.
 void bound_carried_water(const MatX& H, MatX& carried);
 
 }  // namespace archetide

@@ -123,7 +123,7 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
     MatX carried;
     VecX momentum = VecX::Zero(reduced[b].dofs());
     if (o.geometry == Geometry::kCutCell) {
-      carried = carried_water(grid, surfaces[b], faces[b], kWater, body.flux);
+      carried = carried_water(grid, faces[b], kWater, body.flux);
       bound_carried_water(H, carried);
     } else {
       VoxelCoupling v =
