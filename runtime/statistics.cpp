@@ -63,21 +63,23 @@ void add_water_statistics(const SimulationOptions& o, const FluidState& fluid,
   const Grid& g = o.grid;
   r.water_volume = water_volume(g, fluid.phi, coupling.solids());
 
-  // rho dx^3 w u over the faces between water cells; plane by plane so that threads do not change
-  // the sums
+  // rho dx^3 e u over the faces between water cells, and what moves with bodies; plane by plane so
+  // that threads do not change the sums
   const double mass = o.water_density * g.dx * g.dx * g.dx;
   for (int a = 0; a < 3; ++a) {
-    const Array3<double>&u = fluid.u[a], &w = coupling.open()[a];
+    const Array3<double>&u = fluid.u[a], &e = coupling.system().matrix.w[a];
     const auto& solved = coupling.valid()[a];
     std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0);
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < u.nz(); ++k)
       for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k) + u.index(0, 0, 1); ++n)
         if (solved[n] == 1)
-          momentum[k] += mass * w[n] * u[n], energy[k] += 0.5 * mass * w[n] * u[n] * u[n];
+          momentum[k] += mass * e[n] * u[n], energy[k] += 0.5 * mass * e[n] * u[n] * u[n];
     for (int k = 0; k < u.nz(); ++k)
       r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
   }
+  r.water_momentum += coupling.carried_momentum();
+  r.water_kinetic += coupling.carried_energy();
   std::vector<double> potential(g.nz, 0.0);
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < g.nz; ++k)

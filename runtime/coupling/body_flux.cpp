@@ -4,74 +4,10 @@
 #include <cmath>
 
 #include "runtime/coupling/clip.h"
+#include "runtime/coupling/surface_sweep.h"
 
 namespace archetide {
 namespace {
-
-// Box of cells around a surface, clamped to one layer outside the grid.
-struct CellBox {
-  Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
-  std::size_t index(const Vec3i& c) const {
-    const Vec3i d = c - low;
-    return d[0] +
-           static_cast<std::size_t>(size[0]) * (d[1] + static_cast<std::size_t>(size[1]) * d[2]);
-  }
-  std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
-};
-
-CellBox cell_box(const Grid& g, const std::vector<Vec3>& points) {
-  Vec3 lo = Vec3::Constant(INFINITY), hi = -lo;
-  for (const Vec3& p : points) lo = lo.cwiseMin(p), hi = hi.cwiseMax(p);
-  CellBox box;
-  for (int a = 0; a < 3; ++a) {
-    const auto cell = [&](double x) {
-      return static_cast<int>(
-          std::floor(std::clamp((x - g.origin[a]) / g.dx, -1.0, double(g.size(a)))));
-    };
-    box.low[a] = cell(lo[a]);
-    box.size[a] = cell(hi[a]) - box.low[a] + 1;
-  }
-  return box;
-}
-
-// What a surface leaves in each cell of a box: vector area and first moment of the area, in cells.
-struct CellMoments {
-  Vec3 area = Vec3::Zero();  // integral of n
-  double moment_x = 0.0;     // integral of (x - cell centre) n_x
-};
-
-// Area fractions by the divergence theorem: along each axis the solid fraction of a face is that of
-// the previous face minus the surface's projected area in the cell between them.
-void sweep_fractions(const Grid& g, const CellBox& box, const std::vector<CellMoments>& moments,
-                     SolidFractions& fractions) {
-  constexpr double kSnap = 1e-12;  // round-off of the sums; measured below 1e-13 on 24k triangles
-  const auto snap = [](double s) { return s < kSnap ? 0.0 : s > 1.0 - kSnap ? 1.0 : s; };
-  for (int axis = 0; axis < 3; ++axis) {
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    for (int n = 0; n < box.size[c]; ++n)
-      for (int m = 0; m < box.size[b]; ++m) {
-        Vec3i cell = box.low;
-        cell[b] += m, cell[c] += n;
-        if (cell[b] < 0 || cell[b] >= g.size(b) || cell[c] < 0 || cell[c] >= g.size(c)) continue;
-        double solid = 0.0;  // fraction of the face below `cell`
-        for (int l = 0; l < box.size[axis]; ++l, ++cell[axis]) {
-          const CellMoments& in_cell = moments[box.index(cell)];
-          const double above = solid - in_cell.area[axis];
-          const int face = cell[axis] + 1;
-          if (axis == 0 && cell[0] >= 0 && cell[0] < g.nx) {
-            const double volume = 0.5 * (solid + above) + in_cell.moment_x;
-            fractions.cell(cell[0], cell[1], cell[2]) += snap(volume);
-          }
-          solid = above;
-          if (face >= 0 && face <= g.size(axis)) {
-            Vec3i f = cell;
-            f[axis] = face;
-            fractions.face[axis](f[0], f[1], f[2]) += snap(solid);
-          }
-        }
-      }
-  }
-}
 
 Vec3 to_grid(const Grid& g, const Vec3& x) { return (x - g.origin) / g.dx; }
 
@@ -87,52 +23,59 @@ BodySurface body_surface(const ReducedBody& body, ModalMass mass) {
   return s;
 }
 
-void add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
-                         const std::vector<Vec3i>& triangles, SolidFractions& fractions) {
+DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
+                              const std::vector<Vec3i>& triangles, SolidFractions& fractions) {
   const CellBox box = cell_box(g, points);
+  const std::vector<double> kappa = mean_curvature(points, triangles);
   std::vector<CellMoments> moments(box.count());
   for (const Vec3i& t : triangles) {
     const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
                        to_grid(g, points[t[2]])};
+    const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
-      const Vec3 area = vector_area(piece), w = centroid_weights(piece);
-      CellMoments& m = moments[box.index(cell)];
-      m.area += area;
-      m.moment_x += area[0] * (w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0] - cell[0] - 0.5);
+      const Vec3 w = centroid_weights(piece);
+      const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
+      moments[box.index(cell)].add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
     });
   }
-  sweep_fractions(g, box, moments, fractions);
+  return sweep_surface(g, box, moments, fractions);
 }
 
-BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions) {
+BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions,
+                  DualFaces& faces) {
   const Archetype& archetype = *s.body->archetype;
   const int r = s.body->r;
   const CellBox box = cell_box(g, s.points);
+  const std::vector<double> kappa = mean_curvature(s.points, archetype.surface.triangles);
   std::vector<CellMoments> moments(box.count());
   std::vector<int> slot_of(box.count(), -1);
   std::vector<Vec3i> cells;
   std::vector<double>
       columns;  // (6 + r) per cell: rigid columns in world axes, raw modes phi_i . n
+  const auto slot = [&](const Vec3i& cell) {
+    int& at = slot_of[box.index(cell)];
+    if (at < 0) {
+      at = static_cast<int>(cells.size());
+      cells.push_back(cell);
+      columns.resize(columns.size() + 6 + r, 0.0);
+    }
+    return at;
+  };
 
   // Raw fluxes: every quantity is linear on a piece, so its value at the centroid times the area is
   // exact.
   for (const Vec3i& t : archetype.surface.triangles) {
     const Vec3 x[3] = {to_grid(g, s.points[t[0]]), to_grid(g, s.points[t[1]]),
                        to_grid(g, s.points[t[2]])};
+    const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
       const Vec3 at = w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
-      const std::size_t n = box.index(cell);
-      moments[n].area += area;
-      moments[n].moment_x += area[0] * (at[0] - cell[0] - 0.5);
+      moments[box.index(cell)].add(area, at[0] - cell[0] - 0.5, w.dot(bend));
       if ((cell.array() < 0).any() || cell[0] >= g.nx || cell[1] >= g.ny || cell[2] >= g.nz) return;
 
-      if (slot_of[n] < 0) {
-        slot_of[n] = static_cast<int>(cells.size());
-        cells.push_back(cell);
-        columns.resize(columns.size() + 6 + r, 0.0);
-      }
-      double* column = columns.data() + static_cast<std::size_t>(slot_of[n]) * (6 + r);
+      const auto first = static_cast<std::size_t>(slot(cell)) * (6 + r);
+      double* column = columns.data() + first;
       const Vec3 a = area * (g.dx * g.dx);                             // m^2
       const Vec3 torque = (g.origin + g.dx * at - s.centre).cross(a);  // (w x x) . a = w . (x x a)
       for (int d = 0; d < 3; ++d) column[d] += a[d], column[3 + d] += torque[d];
@@ -148,7 +91,11 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
       }
     });
   }
-  sweep_fractions(g, box, moments, fractions);
+  faces = sweep_surface(g, box, moments, fractions);
+  for (DualFace& face : faces) {
+    face.low = slot(face.face - Vec3i::Unit(face.axis));
+    face.high = slot(face.face);
+  }
 
   // B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
   BodyFlux f;

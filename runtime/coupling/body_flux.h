@@ -35,12 +35,18 @@ struct SolidFractions {
   Array3<double> cell;
 };
 
-/// Adds a closed outward surface (grid-exact, by the divergence theorem) to the fractions.
-void add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
-                         const std::vector<Vec3i>& triangles, SolidFractions& fractions);
+struct DualFace;
+using DualFaces = std::vector<DualFace>;
 
-/// Cut cells: F of the body's surface; adds its fractions.
-BodyFlux cut_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions);
+/// Adds a closed outward surface (grid-exact, by the divergence theorem) to the fractions; returns
+/// the faces beside it.
+DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
+                              const std::vector<Vec3i>& triangles, SolidFractions& fractions);
+
+/// Cut cells: F of the body's surface, with a column for each cell beside `faces`; adds its
+/// fractions.
+BodyFlux cut_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions,
+                  DualFaces& faces);
 
 /// 3 x (6 + r) velocity of the point with rest-triangle weights `bary` per unit y: [1, -[x]x, B] at
 /// moment arm x.

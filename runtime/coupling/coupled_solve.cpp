@@ -59,7 +59,7 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
   const std::vector<CellKind> nothing(g.nx, CellKind::kOutside);
   const std::vector<double> zero(g.nx, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
-    const Array3<double>& w = s.matrix.w[axis];
+    const Array3<double>& w = (*s.open)[axis];
     Array3<double>& v = u[axis];
     // A face between water and a prescribed value, or a side of the tank.
     const auto apply_at_surface = [&](const Vec3i& high) {
@@ -70,7 +70,7 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
       if (high_water == low_water) return;
       const Vec3i& c = low_water ? low : high;
       const SurfaceFace face =
-          surface_face(g, s.surface, s.matrix.w, s.hydrostatics, c, axis, low_water ? 1 : -1);
+          surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_water ? 1 : -1);
       const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
       v[f] -= (low_water ? there - here : here - there) / face.theta;
     };

@@ -20,9 +20,10 @@ Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& o
   obstacles_.face.resize(g, 0.0);
   obstacles_.cell.resize(g.nx, g.ny, g.nz, 0.0);
   for (const TriMesh& m : obstacles) {
-    if (options_.geometry == Geometry::kCutCell)
-      add_solid_fractions(g, m.vertices, m.triangles, obstacles_);
-    else
+    if (options_.geometry == Geometry::kCutCell) {
+      const DualFaces faces = add_solid_fractions(g, m.vertices, m.triangles, obstacles_);
+      obstacle_faces_.insert(obstacle_faces_.end(), faces.begin(), faces.end());
+    } else
       add_voxel_fractions(cells_inside(g, m.vertices, m.triangles), obstacles_);
   }
   open_.resize(g, 1.0);
@@ -50,10 +51,11 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   surfaces_.clear();
   fluxes_.clear();
   voxels_.clear();
+  faces_.resize(bodies.size());
   for (const StageBody& b : bodies) {
     surfaces_.push_back(body_surface(*b.body, options_.modal.mass));
     if (options_.geometry == Geometry::kCutCell)
-      fluxes_.push_back(cut_body(g, surfaces_.back(), solids_));
+      fluxes_.push_back(cut_body(g, surfaces_.back(), solids_, faces_[fluxes_.size()]));
     else
       voxels_.push_back(voxel_body(g, surfaces_.back(), solids_));
   }
@@ -88,18 +90,25 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   c.y_star = out.motion.y_star;
   c.inverse_mass = out.motion.H.inverse();
   if (!wet()) return;
+  // (H + M) y = H y* + momentum of the water M that moves with the body: the paper's dual cells, or
+  // what the open fractions leave beside the wall.
+  const MatX H = out.motion.H.dense();
+  MatX& carried = carried_[b];
+  VecX momentum;
   if (options_.geometry == Geometry::kCutCell) {
     c.flux = std::move(fluxes_[b]);
-    return;
+    carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density, c.flux);
+    bound_carried_water(H, carried);
+    momentum = carried * carried_velocity_[b];
+  } else {
+    VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(),
+                                     options_.hydrostatics.density, u, is_water_);
+    c.flux = std::move(v.flux);
+    carried = std::move(v.fluid_mass);
+    momentum = std::move(v.fluid_momentum);
   }
-  // (H + Q^T b Q) y = H y* + Q^T b u*: the paper's faces carry their dual cell's water with the
-  // body.
-  VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(),
-                                   options_.hydrostatics.density, u, is_water_);
-  const MatX H = out.motion.H.dense();
-  const Eigen::LDLT<MatX> factor(H + v.fluid_mass);
-  c.flux = std::move(v.flux);
-  c.y_star = factor.solve(H * c.y_star + v.fluid_momentum);
+  const Eigen::LDLT<MatX> factor(H + carried);
+  c.y_star = factor.solve(H * c.y_star + momentum);
   c.inverse_mass = factor.solve(MatX::Identity(body.dofs(), body.dofs()));
 }
 
@@ -176,18 +185,33 @@ void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, Mac
       }
 }
 
+void Coupling::assemble(const FreeSurface& surface) {
+  const Grid& g = options_.grid;
+  std::vector<DualFaces*> solids;
+  if (options_.geometry == Geometry::kCutCell) {
+    solids.push_back(&obstacle_faces_);
+    for (DualFaces& faces : faces_) solids.push_back(&faces);
+  }
+  assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,
+                           system_);
+  is_water_.resize(g.nx, g.ny, g.nz);
+  for (std::size_t n = 0; n < is_water_.size(); ++n)
+    is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
+}
+
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
                              std::vector<StageResult>& results, GroupContacts* together) {
   const Grid& g = options_.grid;
   if (wet()) {
     update_geometry(bodies);
-    assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, system_);
-    is_water_.resize(g.nx, g.ny, g.nz);
-    for (std::size_t n = 0; n < is_water_.size(); ++n)
-      is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
+    assemble(surface);
   }
   results.assign(bodies.size(), {});
+  carried_.assign(bodies.size(), {});
+  carried_velocity_.resize(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (carried_velocity_[b].size() == 0) carried_velocity_[b] = VecX::Zero(bodies[b].body->dofs());
   std::vector<CoupledBody> coupled(bodies.size());
   std::vector<VecX> free_velocity(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -202,9 +226,18 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and
   // wall.
+  carried_momentum_.setZero();
+  carried_energy_ = 0.0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;
+    if (wet() && options_.geometry == Geometry::kCutCell) {
+      const VecX momentum = carried_[b] * out.y;
+      carried_momentum_ += momentum.head<3>();
+      carried_energy_ += 0.5 * momentum.dot(out.y);
+      out.water_impulse -= momentum - carried_[b] * carried_velocity_[b];
+    }
+    if (stage == Stage::kVelocityFull && report.converged) carried_velocity_[b] = out.y;
     const VecX f = out.motion.H.apply(out.y - free_velocity[b]);
     out.delta_P += f.head<3>();
     out.delta_L += f.segment<3>(3);

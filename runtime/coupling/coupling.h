@@ -74,6 +74,9 @@ class Coupling {
     return pressure_[stage == Stage::kVelocityFull];
   }
   double last_divergence() const { return divergence_; }  // 1/s
+  /// Of the last solve: momentum and kinetic energy of the water that moves with bodies (DualFace).
+  const Vec3& carried_momentum() const { return carried_momentum_; }  // N s
+  double carried_energy() const { return carried_energy_; }           // J
   /// Wall seconds that contacts between bodies took in the last couple().
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
@@ -81,6 +84,7 @@ class Coupling {
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
   void fill_open_fractions();
+  void assemble(const FreeSurface& surface);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
                   CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
@@ -97,12 +101,18 @@ class Coupling {
   FaceField<unsigned char> valid_;
   std::vector<BodySurface> surfaces_;
   std::vector<BodyFlux> fluxes_;    // cut cells
+  DualFaces obstacle_faces_;        // cut cells
+  std::vector<DualFaces> faces_;    // cut cells, of each body
+  std::vector<MatX> carried_;       // cut cells: water that moves with each body, kg
   std::vector<VoxelBody> voxels_;   // voxel
   Array3<unsigned char> is_water_;  // cells with an unknown
   PressureSystem system_;
   CoupledSolver solver_;
-  Array3<double> pressure_[2];  // first guess of each stage
+  Array3<double> pressure_[2];          // first guess of each stage
+  std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
+  Vec3 carried_momentum_ = Vec3::Zero();
+  double carried_energy_ = 0.0;
   double contact_seconds_ = 0.0;
 };
 

@@ -106,16 +106,18 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
     theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
     point = inside.x + theta * (outside.x - inside.x);
   }
-  const double value = hydrostatics.surface_value(point) +
-                       carried_pressure(g, surface, hydrostatics.gravity, point);
+  const double value =
+      hydrostatics.surface_value(point) + carried_pressure(g, surface, hydrostatics.gravity, point);
   return {std::max(theta, kThetaMin), value};
 }
 
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
-                              const Hydrostatics& hydrostatics, PressureSystem& s) {
+                              const Hydrostatics& hydrostatics,
+                              const std::vector<DualFaces*>& solids, PressureSystem& s) {
   s.surface = surface;
   s.hydrostatics = hydrostatics;
+  s.open = &open;
   PoissonMatrix& A = s.matrix;
   if (A.nx != g.nx || A.ny != g.ny || A.nz != g.nz) {
     A.nx = g.nx, A.ny = g.ny, A.nz = g.nz;
@@ -132,6 +134,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     for (int j = 0; j < g.ny; ++j)
       for (int i = 0; i < g.nx; ++i)
         A.kind(i, j, k) = classify(g, *surface.phi, open, Vec3i(i, j, k));
+  for (DualFaces* faces : solids) share_dual_faces(A.kind, open, *faces, A.w);
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
   std::vector<PlaneSums> sums(g.nz);
@@ -146,7 +149,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
         const Vec3i c(i, j, k);
         for (int axis = 0; axis < 3; ++axis)
           for (int sign = -1; sign <= 1; sign += 2) {
-            const double w = face_value(open, c, axis, sign);
+            const double w = face_value(A.w, c, axis, sign);
             if (w == 0.0) continue;
             const Vec3i m = neighbour(c, axis, sign);
             if (in_grid(g, m) && A.kind(m[0], m[1], m[2]) != CellKind::kDirichlet) {

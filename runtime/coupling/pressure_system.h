@@ -1,6 +1,6 @@
 #pragma once
 
-#include "runtime/coupling/body_flux.h"
+#include "runtime/coupling/dual_faces.h"
 #include "runtime/grid/grid.h"
 #include "runtime/numerics/poisson_matrix.h"
 
@@ -30,9 +30,9 @@ struct FreeSurface {
   double push_seconds = 0.0;            // s
 };
 
-/// What the interface at x carries in p' / rho because it stood elsewhere earlier in the step, m^2/s^2:
-/// (g + grad p' / rho) . (the way that it is moved back), the total pressure at x at the time when
-/// it was there.
+/// What the interface at x carries in p' / rho because it stood elsewhere earlier in the step,
+/// m^2/s^2: (g + grad p' / rho) . (the way that it is moved back), the total pressure at x at the
+/// time when it was there.
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x);
 
@@ -42,6 +42,7 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
 struct PressureSystem {
   FreeSurface surface;
   Hydrostatics hydrostatics;
+  const FaceField<double>* open = nullptr;  // w; matrix.w is e, which differs beside solids
   PoissonMatrix matrix;
   Array3<double> surface_rhs;     // per cell, sum over Dirichlet faces of w/theta (p'_I/rho -
                                   // surface_mean), m^2/s^2
@@ -73,9 +74,11 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
                          int sign);
 
 /// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
-/// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank.
+/// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
+/// address). `solids`: faces beside each solid, shared out by this function.
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
-                              const Hydrostatics& hydrostatics, PressureSystem& system);
+                              const Hydrostatics& hydrostatics,
+                              const std::vector<DualFaces*>& solids, PressureSystem& system);
 
 }  // namespace archetide

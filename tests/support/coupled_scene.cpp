@@ -94,16 +94,20 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
   }
   std::vector<BodySurface> surfaces;
   std::vector<VoxelBody> voxels;
+  std::vector<DualFaces> faces(reduced.size());
+  std::vector<DualFaces*> solid_faces;
   bodies.resize(reduced.size());
   for (std::size_t b = 0; b < reduced.size(); ++b) {
     surfaces.push_back(body_surface(reduced[b], ModalMass::kExact));
+    solid_faces.push_back(&faces[b]);
     if (o.geometry == Geometry::kCutCell)
-      bodies[b].flux = cut_body(grid, surfaces[b], solids);
+      bodies[b].flux = cut_body(grid, surfaces[b], solids, faces[b]);
     else
       voxels.push_back(voxel_body(grid, surfaces[b], solids));
   }
-  assemble_pressure_system(grid, {&phi, nullptr, 0.0}, open_fractions(grid, solids, open_side),
-                           open_side, hydrostatics, system);
+  open = open_fractions(grid, solids, open_side);
+  assemble_pressure_system(grid, {&phi, nullptr, 0.0}, open, open_side, hydrostatics, solid_faces,
+                           system);
 
   Array3<unsigned char> is_water(grid.nx, grid.ny, grid.nz);
   for (std::size_t n = 0; n < is_water.size(); ++n)
@@ -114,14 +118,22 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
     force.head<3>() += reduced[b].archetype->integrals.mass * hydrostatics.gravity;
     const FreeMotion motion = free_motion(reduced[b], current_configuration(reduced[b]), force, dt,
                                           Stage::kVelocityFull, {});
-    body.y_star = motion.y_star;
-    body.inverse_mass = motion.H.inverse();
-    if (o.geometry == Geometry::kCutCell) continue;
-    VoxelCoupling v = voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWater, u_star, is_water);
+    // At rest, so that water moving with the body has no momentum.
     const MatX H = motion.H.dense();
-    const Eigen::LDLT<MatX> factor(H + v.fluid_mass);
-    body.flux = std::move(v.flux);
-    body.y_star = factor.solve(H * body.y_star + v.fluid_momentum);
+    MatX carried;
+    VecX momentum = VecX::Zero(reduced[b].dofs());
+    if (o.geometry == Geometry::kCutCell) {
+      carried = carried_water(grid, faces[b], kWater, body.flux);
+      bound_carried_water(H, carried);
+    } else {
+      VoxelCoupling v =
+          voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWater, u_star, is_water);
+      body.flux = std::move(v.flux);
+      carried = std::move(v.fluid_mass);
+      momentum = std::move(v.fluid_momentum);
+    }
+    const Eigen::LDLT<MatX> factor(H + carried);
+    body.y_star = factor.solve(H * motion.y_star + momentum);
     body.inverse_mass = factor.solve(MatX::Identity(H.rows(), H.cols()));
   }
 }

@@ -26,9 +26,10 @@ struct CoupledScene {
   explicit CoupledScene(const CoupledSceneOptions& options);
 
   Grid grid;
-  double dt = 0.0;      // s
-  double radius = 0.0;  // of a body, m
-  Array3<double> phi;   // the surface, m
+  double dt = 0.0;         // s
+  double radius = 0.0;     // of a body, m
+  Array3<double> phi;      // the surface, m
+  FaceField<double> open;  // w
   PressureSystem system;
   std::vector<CoupledBody> bodies;
   MacField u_star;

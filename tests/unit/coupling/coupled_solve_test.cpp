@@ -13,14 +13,14 @@ namespace {
 std::atomic<std::size_t> allocated_bytes{0};
 }  // namespace
 
-// Every allocation of this program is counted.
-void* operator new(std::size_t n) {
+// Every allocation of this program is counted (inlined, GCC 12 takes new and free for a mismatch).
+[[gnu::noinline]] void* operator new(std::size_t n) {
   allocated_bytes += n;
   if (void* p = std::malloc(n)) return p;
   throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
 namespace archetide {
 namespace {

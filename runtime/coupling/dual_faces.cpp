@@ -1,0 +1,64 @@
+#include "runtime/coupling/dual_faces.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace archetide {
+namespace {
+
+// Largest |s| / w; a sphere of radius a has kappa dx A / 20 = 0.05 dx / a, a body within a cell
+// 0.1.
+constexpr double kMostSlip = 0.25;
+
+// Velocity of the wall at the face along its axis per unit y, 6 + r. Spin and modes: its normal
+// velocity in the two cells, F / A, along the axis, which is all of it where n = axis.
+void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, VecX& Q) {
+  const double scale = 0.5 * f.n_over_A / (g.dx * g.dx);
+  Q = scale * (flux.col(f.low) + flux.col(f.high));
+  Q.head<3>() = Vec3::Unit(f.axis);
+}
+
+}  // namespace
+
+void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
+                      std::vector<DualFace>& faces, FaceField<double>& weight) {
+  const auto unknown = [&](const Vec3i& c) { return kind(c[0], c[1], c[2]) == CellKind::kUnknown; };
+  for (DualFace& f : faces) {
+    const bool low = unknown(f.face - Vec3i::Unit(f.axis)), high = unknown(f.face);
+    const double w = open[f.axis](f.face[0], f.face[1], f.face[2]);
+    f.wet = w == 0.0 ? f.closed && (low || high) : low && high;
+    f.slip = f.wet ? std::clamp(f.curvature, -kMostSlip * w, kMostSlip * w) : 0.0;
+    weight[f.axis](f.face[0], f.face[1], f.face[2]) -= f.slip;
+  }
+}
+
+MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
+                   BodyFlux& flux) {
+  MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
+  VecX Q;
+  for (const DualFace& f : faces) {
+    if (!f.wet) continue;
+    face_velocity(g, f, flux.flux, Q);
+    mass.noalias() += f.volume * Q * Q.transpose();
+    mass(f.axis, f.axis) += f.slip;
+  }
+  const double area = g.dx * g.dx;
+  for (const DualFace& f : faces) {
+    flux.flux(f.axis, f.low) -= area * f.slip;
+    flux.flux(f.axis, f.high) += area * f.slip;
+  }
+  return density * g.dx * g.dx * g.dx * mass;
+}
+
+void bound_carried_water(const MatX& H, MatX& carried) {
+  constexpr double kLeast = -0.1;  // eigenvalue of H^-1 M
+  const Eigen::LLT<MatX> factor(H);
+  const auto L = factor.matrixL();
+  const MatX scaled = L.solve(L.solve(carried).transpose());  // L^-1 M L^-T
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(scaled);
+  if (eigen.eigenvalues()[0] >= kLeast) return;
+  const MatX V = L * eigen.eigenvectors();
+  carried = V * eigen.eigenvalues().cwiseMax(kLeast).asDiagonal() * V.transpose();
+}
+
+}  // namespace archetide

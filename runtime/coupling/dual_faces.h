@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/coupling/body_flux.h"
+#include "runtime/numerics/poisson_matrix.h"
+
+namespace archetide {
+
+/// Kinetic energy of the water in the dual cell of a face beside a solid (volumes in dx^3; a: axis
+/// of the face, u: its velocity, w: its open fraction, y: the body's generalised velocity):
+///     2 T / (rho dx^3) = e u^2 + s (v_a)^2 + (V - w) (Q y)^2,     flux = e u + s v_a,
+///     s = kappa dx A / 20,   e = w - s .
+/// V is the volume of water in the dual cell. w alone measures it by the midpoint rule, which errs
+/// by up to dx^2/6 of the slope's jump where a wall crosses the grid lines at right angles; there
+/// the water moves with the wall, at Q y. Where walls are oblique the errors cancel along the wall.
+/// s: the sum of u^2 over faces exceeds the integral, averaged over positions of the grid, by
+/// dx^2/12 of the integral of (d_i d_j phi)^2, i != j, which is 3/5 of the one over all i, j for
+/// any orientation. Outside a moving body that is dx^2/20 of the surface integral of kappa
+/// |slip|^2 (harmonic phi, Green's identity), by which the added mass is too small. Water of mass s
+/// (A: wall area in the dual cell, kappa: mean curvature there) that moves with the body's centre
+/// of mass, at v, makes up for it; a spinning sphere leaves it alone.
+struct DualFace {
+  int axis;
+  Vec3i face;        // index of the MAC face
+  int low, high;     // columns of BodyFlux of the cells on its low and high side; -1 without body
+  bool closed;       // the body covers the whole face
+  double volume;     // V - w by this body alone, dx^3
+  double curvature;  // kappa dx A / 20, dx^3
+  double n_over_A;   // n_a / A of the vector area, 1/dx^2; 0 where a face has no one normal
+  // Set by share_dual_faces: the water reaches this face, and s.
+  bool wet = false;
+  double slip = 0.0;  // dx^3
+};
+
+/// Takes w in `weight` to e on faces between cells with an unknown; s is at most w / 4.
+void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
+                      std::vector<DualFace>& faces, FaceField<double>& weight);
+
+/// Adds the flux s v_a to F and returns the mass of the water that moves with the body, sum rho
+/// dx^3 (s v_a^2 + (V - w) (Q y)^2), (6 + r) x (6 + r), kg. Symmetric; V - w has either sign.
+MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
+                   BodyFlux& flux);
+
+/// Takes what is negative off the carried water so far that nine tenths of H are left in every
+/// direction: H + carried is positive definite and A hardly worse conditioned for bodies however
+/// light. A sphere of 4 cells per radius heavier than 0.06 of the water keeps all of it.
+void bound_carried_water(const MatX& H, MatX& carried);
+
+}  // namespace archetide
