@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/input_error.h"
 #include "common/surface_formats.h"
 
@@ -31,11 +32,7 @@ std::string read_bytes(const std::string& path) {
   if (!std::filesystem::exists(path, problem)) throw FileError(path + ": no such mesh file");
   if (std::filesystem::is_directory(path, problem))
     throw FileError(path + ": a folder, not a mesh file");
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << in.rdbuf();
-  if (!in) throw FileError(path + ": cannot be read");
-  return bytes.str();
+  return read_whole_file(path);
 }
 
 void check_indices(const SurfaceFile& file) {

@@ -13,6 +13,13 @@ std::vector<double> frequencies_hz(const Archetype& a) {
   return hz;
 }
 
+std::string kind_of(const Archetype& a, int k) { return a.is_static[k] ? "static" : "mode"; }
+
+std::optional<double> frequency_error(const Archetype& a, int k) {
+  if (k >= a.frequency_error.size()) return {};
+  return a.frequency_error[k];
+}
+
 Mat3 inertia(const Archetype& a) {
   return a.integrals.Sxx.trace() * Mat3::Identity() - a.integrals.Sxx;  // I = tr(S) 1 - S
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "common/archetype.h"
@@ -8,7 +10,15 @@ namespace archetide {
 
 // Figures that `info` and `report` derive from an archetype.
 
+/// Of the modes; of a static response vector the square root of its Rayleigh quotient.
 std::vector<double> frequencies_hz(const Archetype& a);
+
+/// Of basis vector k: "mode" or "static".
+std::string kind_of(const Archetype& a, int k);
+
+/// Estimated relative error of the frequency of basis vector k; empty for static vectors and where
+/// there is no estimate.
+std::optional<double> frequency_error(const Archetype& a, int k);
 
 /// About the centre of mass, kg m^2.
 Mat3 inertia(const Archetype& a);

@@ -50,7 +50,7 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
   body.mesher = "input";
   {
     const ScopedTimer timer(profile, "read");
-    body.tets = read_tets(recipe.mesh_path, recipe.scale);
+    body.tets = read_tets(recipe.mesh_path, recipe.scale, &body.groups);
     if (recipe.tet.order == 2) body.tets = with_middle_nodes(body.tets);
   }
   body.quality = measure_quality(body.tets, 0.0);
@@ -112,7 +112,7 @@ MaterialField take_mesh(BodyMesh& body, const Recipe& recipe, Archetype& a) {
   a.volume = body.quality.volume;
   a.tets = std::move(body.tets);
   MaterialField materials =
-      find_materials(recipe.material, recipe.material_regions, a.tets, Vec3::Zero());
+      find_materials(recipe.material, recipe.material_regions, a.tets, Vec3::Zero(), body.groups);
   a.centre = move_to_centre_of_mass(a.tets, materials);
   return materials;
 }

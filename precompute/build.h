@@ -13,8 +13,9 @@ namespace archetide {
 
 /// The tets of a body and what was done to get them.
 struct BodyMesh {
-  TriMesh surface;  // accepted input, m; empty when the input is a tet mesh
-  TetMesh tets;     // in metres, coordinates of the input mesh times scale
+  TriMesh surface;   // accepted input, m; empty when the input is a tet mesh
+  TetMesh tets;      // in metres, coordinates of the input mesh times scale
+  TetGroups groups;  // of the input, when it is a tet mesh
   TetQuality quality;
   std::string mesher;   // cgal | gmsh | input
   IntakeReport intake;  // empty when the input is a tet mesh

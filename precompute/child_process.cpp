@@ -1,12 +1,15 @@
 #include "precompute/child_process.h"
 
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include "common/byte_stream.h"
@@ -48,7 +51,18 @@ std::string answer_of(const std::function<TetMesh()>& work) {
   }
 }
 
-[[noreturn]] void work_in_child(int pipe_end, const std::function<TetMesh()>& work) {
+rlim_t whole_seconds(double cpu_seconds) {
+  return static_cast<rlim_t>(std::max(1.0, std::ceil(cpu_seconds)));
+}
+
+double seconds(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); }
+
+[[noreturn]] void work_in_child(int pipe_end, double cpu_seconds,
+                                const std::function<TetMesh()>& work) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // not longer than the parent
+  const rlimit time{whole_seconds(cpu_seconds), whole_seconds(cpu_seconds) + 1};
+  ::setrlimit(RLIMIT_CPU, &time);
+  ::signal(SIGXCPU, SIG_DFL);
   ::signal(SIGINT, SIG_DFL);  // the parent cleans up
   ::signal(SIGTERM, SIG_DFL);
   const rlimit no_core{};
@@ -74,21 +88,27 @@ std::string read_all(int pipe_end) {
 
 }  // namespace
 
-TetMesh in_child_process(const std::string& name, const std::function<TetMesh()>& work) {
+TetMesh in_child_process(const std::string& name, double& cpu_seconds,
+                         const std::function<TetMesh()>& work) {
   int ends[2];
   if (::pipe(ends) != 0) throw MachineError(name + ": no pipe: " + std::strerror(errno));
   const pid_t child = ::fork();
   if (child < 0) throw MachineError(name + ": no process: " + std::strerror(errno));
   if (child == 0) {
     ::close(ends[0]);
-    work_in_child(ends[1], work);
+    work_in_child(ends[1], cpu_seconds, work);
   }
   ::close(ends[1]);
   const std::string answer = read_all(ends[0]);
   ::close(ends[0]);
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  rusage use{};
+  while (::wait4(child, &status, 0, &use) < 0 && errno == EINTR) {
   }
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+    throw OutOfTime(name + " was stopped after " + std::to_string(whole_seconds(cpu_seconds)) +
+                    " CPU seconds");
+  cpu_seconds -= seconds(use.ru_utime) + seconds(use.ru_stime);
   if (WIFSIGNALED(status) || answer.empty())
     throw NumericsError(name + " crashed" +
                         (WIFSIGNALED(status) ? " (signal " + std::to_string(WTERMSIG(status)) + ")"

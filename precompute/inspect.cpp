@@ -1,5 +1,6 @@
 #include "precompute/inspect.h"
 
+#include <algorithm>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -36,6 +37,14 @@ std::string join(const Parts&... parts) {
 
 std::string percent(double x, double reference) { return join(100 * (x / reference - 1), " %"); }
 
+/// One basis vector: what it is, its frequency with the estimated error, its residual.
+std::string basis_line(const Archetype& a, int k, double hz) {
+  if (a.is_static[k]) return join(k + 1, ": static response, ", hz, " Hz by its energy");
+  const std::optional<double> error = frequency_error(a, k);
+  return join(k + 1, ": ", hz, " Hz", error ? join(", estimated error ", 100 * *error, " %") : "",
+              ", residual ", a.residuals[k]);
+}
+
 std::string row(const Vec3& x) { return join(x[0], "  ", x[1], "  ", x[2]); }
 
 }  // namespace
@@ -66,10 +75,17 @@ std::string info_text(const Archetype& a, std::size_t file_bytes,
        join("mass ", percent(solid.mass, a.integrals.mass), ", centre ", solid.centre.norm(),
             " m away, inertia ", (solid.inertia - inertia(a)).norm() / inertia(a).norm(),
             " (relative; divergence theorem)"));
-  line(text, "modes", std::to_string(a.r()));
-  for (int k = 0; k < a.r(); ++k) {
-    line(text, "", join(k + 1, ": ", frequencies_hz(a)[k], " Hz, residual ", a.residuals[k]));
+  if (record && record->surface_volume > 0) {
+    const Mat3 exact = a.density * record->surface_inertia;
+    line(text, "input's",
+         join("mass ", percent(a.density * record->surface_volume, a.integrals.mass), ", centre ",
+              (record->surface_centroid - a.centre).norm(), " m away, inertia ",
+              (exact - inertia(a)).norm() / inertia(a).norm(), " (the surface that came in)"));
   }
+  const auto statics = std::count(a.is_static.begin(), a.is_static.end(), 1);
+  line(text, "modes", join(a.r() - statics, " and ", statics, " static responses"));
+  const std::vector<double> hz = frequencies_hz(a);
+  for (int k = 0; k < a.r(); ++k) line(text, "", basis_line(a, k, hz[k]));
   const Orthogonality o = orthogonality(a);
   line(text, "orthogonality",
        join("modes ", o.mass, " kg, translations ", o.translation, ", rotations ", o.rotation));
@@ -117,6 +133,11 @@ std::string info_json(const Archetype& a, std::size_t file_bytes,
                     {"mass", solid.mass},
                     {"center", list(a.centre + solid.centre)},
                     {"inertia", rows(solid.inertia)}};
+  if (record && record->surface_volume > 0)
+    out["input_surface"] = {{"volume", record->surface_volume},
+                            {"mass", a.density * record->surface_volume},
+                            {"center", list(record->surface_centroid)},
+                            {"inertia", rows(a.density * record->surface_inertia)}};
   const Orthogonality o = orthogonality(a);
   out["orthogonality"] = {
       {"modes", o.mass}, {"translations", o.translation}, {"rotations", o.rotation}};

@@ -20,6 +20,8 @@ constexpr std::size_t kNamed = 5;  // defects named with face and place; the res
 constexpr double kFlat =
     1e-6;  // V / A^(3/2) below which a surface counts as enclosing nothing (ball: 0.094)
 
+constexpr int kCrowded = 500;  // boxes that overlap with one triangle's: tidy meshes have 20
+
 /// A surface on its way in, with the file's face number of every triangle.
 struct Candidate {
   const std::string& path;
@@ -205,6 +207,28 @@ void demand_volume(const Candidate& c, const Nesting& n) {
   found.throw_if_any();
 }
 
+/// So many faces on top of each other that the check below would take minutes.
+void demand_few_neighbours(const Candidate& c) {
+  const Crowd crowded = crowd(c.mesh, most_candidates(c.mesh.triangles.size()));
+  if (!crowded.too_many) return;
+  Findings found{c, {}, {}};
+  for (int t = 0; t < int(crowded.neighbours.size()); ++t)
+    if (crowded.neighbours[t] > kCrowded) found.triangles.push_back(t);
+  std::vector<int> worst = found.triangles;
+  std::sort(worst.begin(), worst.end(),
+            [&](int s, int t) { return crowded.neighbours[s] > crowded.neighbours[t]; });
+  found.add(
+      worst,
+      "more than " + std::to_string(crowded.pairs - 1) +
+          " pairs of faces may intersect, too many to check; " +
+          counted(worst.size(), "face is", "faces are") + " next to more than " +
+          std::to_string(kCrowded) + " others",
+      [&](int t) { return face(c, t) + " at " + place(middle(c.mesh, t)); },
+      "long needles or many copies on top of each other: remesh it in the modelling program, or "
+      "set repair = \"wrap\"");
+  found.throw_if_any();
+}
+
 void demand_no_self_intersections(const Candidate& c, const Nesting& n,
                                   const std::vector<std::pair<int, int>>& pairs) {
   if (pairs.empty()) return;
@@ -315,6 +339,7 @@ TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& repo
   found.throw_if_any();
   demand_single_fans(c, edges);
   orient(c, edges, report);
+  demand_few_neighbours(c);
   const std::vector<std::pair<int, int>> crossing = self_intersections(c.mesh);
   const Nesting nesting = nest_shells(c.mesh, edges, crossing);
   demand_volume(c, nesting);

@@ -41,6 +41,18 @@ TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOption
 
 constexpr unsigned kMostCrossings = 100'000;  // two crumpled surfaces can have millions
 
+/// How many other triangles have bounding boxes that overlap with a triangle's, for each; `pairs`
+/// is their sum. Stops when there are more than `most` pairs: the exact check would take minutes.
+struct Crowd {
+  std::vector<int> neighbours;  // nf
+  long pairs = 0;
+  bool too_many = false;
+};
+Crowd crowd(const TriMesh& mesh, long most);
+
+/// Candidate pairs that are checked, for a mesh of so many faces: tidy meshes have 10 to 20 a face.
+constexpr long most_candidates(std::size_t faces) { return 20'000'000 + 50 * long(faces); }
+
 /// Pairs of triangles that intersect other than in a shared edge or vertex, the first
 /// kMostCrossings of them. The mesh must be manifold.
 std::vector<std::pair<int, int>> self_intersections(const TriMesh& mesh);

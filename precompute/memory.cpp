@@ -91,9 +91,13 @@ double available_memory() {
 }
 
 double peak_memory() {
-  rusage use{};
-  ::getrusage(RUSAGE_SELF, &use);
-  return 1024.0 * static_cast<double>(use.ru_maxrss);
+  double peak = 0.0;
+  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage use{};
+    ::getrusage(who, &use);
+    peak = std::max(peak, 1024.0 * static_cast<double>(use.ru_maxrss));
+  }
+  return peak;
 }
 
 void demand_memory(double bytes, const std::string& what, const std::string& hint) {

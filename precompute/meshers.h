@@ -8,7 +8,7 @@
 namespace archetide {
 
 /// Back ends of tetrahedralize(), one translation unit each; they throw NumericsError when they
-/// give up; `size` is the wanted edge length, m.
+/// give up. tetrahedralize() runs each in a process of its own: some never end on some surfaces.
 struct MeshRequest {
   /// Triangles that the mesh must not overlook: some of every shell, when there are several.
   std::vector<int> seeds;
@@ -30,8 +30,8 @@ TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
 TriMesh remesh_surface(const TriMesh& surface, double edge, double sharp_angle);
 
 /// Keeps the surface's triangles as they are; inside, edges grow no longer than `size`, but a finer
-/// surface makes finer tets whatever the size. Runs in a process of its own: its tetrahedralizer
-/// aborts on some surfaces, and only the first call of a process is reproducible.
+/// surface makes finer tets whatever the size. Aborts on some surfaces, and only the first call of
+/// a process is reproducible.
 TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request);
 
 }  // namespace archetide

@@ -141,17 +141,6 @@ void measure_topology(const TetMesh& mesh, TetQuality& q) {
 
 constexpr std::size_t kNamed = 5;  // bad tets named with their places; the rest are only counted
 
-std::vector<int> bad_tets(const TetMesh& mesh, const QualityLimits& limits) {
-  std::vector<int> bad;
-  for (int t = 0; t < int(mesh.tets.size()); ++t) {
-    const TetNumbers numbers = tet_numbers(mesh, mesh.tets[t]);
-    if (numbers.min_dihedral < limits.min_dihedral ||
-        numbers.radius_ratio < limits.min_radius_ratio || !(numbers.volume > 0.0))
-      bad.push_back(t);
-  }
-  return bad;
-}
-
 Vec3 middle(const TetMesh& mesh, int t) {
   Vec3 sum = Vec3::Zero();
   for (const int node : mesh.tets[t]) sum += mesh.nodes[node];
@@ -197,6 +186,17 @@ TetQuality measure_quality(const TetMesh& mesh, double surface_volume, int surfa
   q.surface_volume = std::max(surface_volume, 0.0);
   if (surface_volume > 0.0) q.volume_error = (q.volume - surface_volume) / surface_volume;
   return q;
+}
+
+std::vector<int> bad_tets(const TetMesh& mesh, const QualityLimits& limits) {
+  std::vector<int> bad;
+  for (int t = 0; t < int(mesh.tets.size()); ++t) {
+    const TetNumbers numbers = tet_numbers(mesh, mesh.tets[t]);
+    if (numbers.min_dihedral < limits.min_dihedral ||
+        numbers.radius_ratio < limits.min_radius_ratio || !(numbers.volume > 0.0))
+      bad.push_back(t);
+  }
+  return bad;
 }
 
 std::string quality_complaints(const TetQuality& q, const QualityLimits& limits) {

@@ -43,6 +43,9 @@ struct TetMeasure {
 };
 std::vector<TetMeasure> tet_measures(const TetMesh& mesh);
 
+/// Tets that violate a limit by their shape.
+std::vector<int> bad_tets(const TetMesh& mesh, const QualityLimits& limits);
+
 /// Every violated limit with its number, separated by "; "; empty when the mesh is good.
 std::string quality_complaints(const TetQuality& quality, const QualityLimits& limits);
 

@@ -1,10 +1,9 @@
 #include "precompute/recipe.h"
 
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/input_error.h"
 #include "common/params.h"
 
@@ -95,7 +94,12 @@ std::vector<Key> body_keys() {
        .type = kTables,
        .fallback = "absent",
        .meaning =
-           "another material where the tets' centroids lie in a box or a ball; the last wins"},
+           "another material where the tets' centroids lie in a box or a ball, or in a named "
+           "physical group of a .msh file; the last wins"},
+      {.path = "material_region[].group",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "physical group of the .msh file: its name, or its number when it has none"},
       {.path = "material_region[].box",
        .type = kPoints,
        .unit = "m",
@@ -213,14 +217,6 @@ std::vector<Key> body_keys() {
   };
 }
 
-std::string read_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw FileError(path + ": cannot be read");
-  return text.str();
-}
-
 /// "assets/bodies/torus.body.toml" -> "torus"
 std::string body_name(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
@@ -245,14 +241,15 @@ std::optional<MassKind> mass_kind(const Section& root, int order) {
   return MassKind::kLumped;
 }
 
-/// A box, a ball or (for point sets) a list.
-Region read_region(const Section& s, bool may_list) {
+/// A box, a ball or a list (of a point set) or a group (of tets).
+Region read_region(const Section& s, bool of_points) {
   Region region;
-  const bool list = may_list && s.has("list");
+  const bool list = of_points && s.has("list"), group = !of_points && s.has("group");
   const bool ball = s.has("center") || s.has("radius");
-  if (s.has("box") + ball + list != 1)
-    throw InputError({s.error("", may_list ? "needs one of box, center with radius, and list"
-                                           : "needs one of box and center with radius")});
+  if (s.has("box") + ball + list + group != 1)
+    throw InputError({s.error("", of_points ? "needs one of box, center with radius, and list"
+                                            : "needs one of box, center with radius, and group")});
+  if (group) region.group = s.string("group");
   if (list) region.list = s.points("list");
   if (s.has("box")) {
     const std::vector<Vec3> corners = s.points("box");
@@ -341,7 +338,7 @@ Recipe read_recipe(const std::string& path) {
   const Section root = document.root();
   Recipe r;
   r.path = path;
-  r.text = read_text(path);
+  r.text = read_whole_file(path);
   r.name = body_name(path);
   root.integer("schema");
   r.mesh = root.string("mesh");

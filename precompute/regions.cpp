@@ -32,23 +32,42 @@ PointSet find_points(const NamedRegion& named, const TriMesh& surface, const Vec
   return set;
 }
 
+namespace {
+
+/// Tets of a region.
+std::vector<int> tets_in(const MaterialRegion& part, const TetMesh& mesh, const Vec3& centre,
+                         const TetGroups& groups) {
+  std::vector<int> tets;
+  if (!part.region.group.empty()) {
+    const auto found = groups.find(part.region.group);
+    if (found != groups.end()) return found->second;
+    std::string known;
+    for (const auto& [name, list] : groups) known += (known.empty() ? "" : ", ") + name;
+    throw InputError({Diagnostic{
+        part.where, "the mesh has no physical group \"" + part.region.group + "\" of tets",
+        known.empty() ? "physical groups come with .msh files only" : "its groups are: " + known}});
+  }
+  for (int t = 0; t < int(mesh.tets.size()); ++t) {
+    Vec3 middle = centre;
+    for (const int node : mesh.tets[t]) middle += 0.25 * mesh.nodes[node];
+    if (part.region.contains(middle)) tets.push_back(t);
+  }
+  return tets;
+}
+
+}  // namespace
+
 MaterialField find_materials(const Material& base, const std::vector<MaterialRegion>& regions,
-                             const TetMesh& mesh, const Vec3& centre) {
+                             const TetMesh& mesh, const Vec3& centre, const TetGroups& groups) {
   MaterialField field(base);
   if (regions.empty()) return field;
   field.of_tet.assign(mesh.tets.size(), 0);
   for (const MaterialRegion& part : regions) {
     const int index = int(field.materials.size());
     field.materials.push_back(part.material);
-    bool found = false;
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-      Vec3 middle = centre;
-      for (const int node : mesh.tets[t]) middle += 0.25 * mesh.nodes[node];
-      if (!part.region.contains(middle)) continue;
-      field.of_tet[t] = index;
-      found = true;
-    }
-    if (!found)
+    const std::vector<int> tets = tets_in(part, mesh, centre, groups);
+    for (const int t : tets) field.of_tet[t] = index;
+    if (tets.empty())
       throw InputError(
           {Diagnostic{part.where, "no tet lies in this material region",
                       "coordinates are those of the mesh file times scale, in metres"}});

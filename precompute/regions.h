@@ -8,6 +8,7 @@
 #include "common/archetype.h"
 #include "common/input_error.h"
 #include "precompute/elasticity.h"
+#include "precompute/tet_file.h"
 
 namespace archetide {
 
@@ -17,6 +18,7 @@ struct Region {
   std::optional<std::pair<Vec3, Vec3>> box;     // low and high corner
   std::optional<std::pair<Vec3, double>> ball;  // centre, radius
   std::vector<Vec3> list;
+  std::string group;  // of tets, in the mesh file
 
   bool contains(const Vec3& x) const;  // box and ball, boundary included
 };
@@ -28,7 +30,7 @@ struct NamedRegion {
   SourceLocation where;
 };
 
-/// Other material in a region (box or ball).
+/// Other material in a region (box, ball or group).
 struct MaterialRegion {
   Region region;
   Material material;
@@ -39,9 +41,9 @@ struct MaterialRegion {
 /// Throws InputError when there are none.
 PointSet find_points(const NamedRegion& named, const TriMesh& surface, const Vec3& centre);
 
-/// `base` everywhere, replaced where a tet's centroid lies in a region (the last one wins). Throws
-/// InputError when a region holds no tet.
+/// `base` everywhere, replaced where a tet's centroid lies in a region or the tet in its group (the
+/// last one wins). Throws InputError when a region holds no tet.
 MaterialField find_materials(const Material& base, const std::vector<MaterialRegion>& regions,
-                             const TetMesh& mesh, const Vec3& centre);
+                             const TetMesh& mesh, const Vec3& centre, const TetGroups& groups = {});
 
 }  // namespace archetide

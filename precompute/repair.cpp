@@ -19,7 +19,9 @@ namespace {
 constexpr double kSeam = 1e-5;  // of the diagonal: vertices of a boundary closer than this meet
 constexpr double kFinestWrap = 0.02;  // of the diagonal: the automatic alpha
 constexpr double kOffset = 1.0 / 30;  // of alpha, CGAL's default
-constexpr double kCollapsed = 0.7;    // a wrap of less volume than this has entered through a hole
+constexpr double kWrapFaces = 4.0;    // of a wrap times alpha^2 / area
+constexpr double kMostWrapFaces = 1e6;
+constexpr double kCollapsed = 0.7;  // a wrap of less volume than this has entered through a hole
 
 double diagonal(const TriMesh& mesh) {
   Eigen::AlignedBox3d box;
@@ -98,6 +100,9 @@ TriMesh closed_shells(const SurfaceFile& file, std::vector<SurfaceEdge>& edges) 
 TriMesh unite_shells(const SurfaceFile& file, RepairReport& report) {
   std::vector<SurfaceEdge> edges;
   const TriMesh mesh = closed_shells(file, edges);
+  if (crowd(mesh, most_candidates(mesh.triangles.size())).too_many)
+    refuse(file.path, 0, "repair = \"union\": too many faces lie on top of each other to check",
+           "set repair = \"wrap\"");
   const Nesting n = nest_shells(mesh, edges, self_intersections(mesh));
   std::vector<TriMesh> solids;
   std::vector<int> solid_of(n.count(), -1);
@@ -121,6 +126,21 @@ TriMesh unite_shells(const SurfaceFile& file, RepairReport& report) {
   return unite(solids);
 }
 
+/// A wrap has about so many faces of edges alpha; the wrap of more takes minutes.
+void demand_coarse_wrap(const SurfaceFile& file, const TriMesh& input, double alpha) {
+  const double faces = kWrapFaces * surface_area(input) / (alpha * alpha);
+  if (faces <= kMostWrapFaces) return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "wrap.alpha is too fine: the wrap would have about " << faces << " faces (at most "
+       << kMostWrapFaces << ")";
+  std::ostringstream hint;
+  hint.precision(2);
+  hint << "raise wrap.alpha to " << alpha * std::sqrt(faces / kMostWrapFaces)
+       << " (file units times scale), or leave it out";
+  refuse(file.path, 0, text.str(), hint.str());
+}
+
 TriMesh wrapped(const SurfaceFile& file, const TriMesh& input, double scale,
                 const RepairOptions& options, RepairReport& report) {
   // Cones over the holes spare the wrap an alpha as wide as the widest of them.
@@ -128,6 +148,7 @@ TriMesh wrapped(const SurfaceFile& file, const TriMesh& input, double scale,
   if (options.alpha == 0) add_caps(capped, surface_edges(input));
   report.alpha = options.alpha > 0 ? options.alpha / scale : kFinestWrap * diagonal(input);
   report.offset = options.offset > 0 ? options.offset / scale : kOffset * report.alpha;
+  demand_coarse_wrap(file, capped, report.alpha);
   TriMesh result = wrap(capped, report.alpha, report.offset);
   const double volume = enclosed_volume(result);
   if (report.volume_before_known && volume < kCollapsed * report.volume_before) {

@@ -15,6 +15,7 @@
 #include "precompute/inspect.h"
 #include "precompute/picture.h"
 #include "precompute/quality.h"
+#include "precompute/tet_element.h"
 
 namespace archetide {
 namespace {
@@ -123,12 +124,23 @@ std::string mass_properties(const Subject& s) {
   return html + row(cells) + "</table>\n";
 }
 
+/// Smallest Jacobian of each tet that is not straight, in units of the straight tet's.
+std::vector<double> curved_jacobians(const TetMesh& tets) {
+  std::vector<double> list;
+  for (int t = 0; t < int(tets.tets.size()); ++t) {
+    const auto x = element_positions<10>(tets, element_nodes<10>(tets, t));
+    if (!is_straight(x)) list.push_back(smallest_jacobian(x));
+  }
+  return list;
+}
+
 std::string quality(const Archetype& a) {
   std::vector<double> angles, ratios;
   for (const TetMeasure& shape : tet_measures(a.tets)) {
     angles.push_back(shape.min_dihedral);
     ratios.push_back(shape.radius_ratio);
   }
+  const bool curved = a.tets.order() == 2;
   const QualityLimits limits;
   return "<p class=\"note\">Worst: smallest dihedral angle " + number(a.min_dihedral, "%.2f") +
          " degrees (limit " + number(limits.min_dihedral) + "), radius ratio " +
@@ -136,18 +148,33 @@ std::string quality(const Archetype& a) {
          ").</p>\n<div class=\"pair\"><figure>" +
          svg_histogram("Smallest dihedral angle of each tet, degrees", angles, 0, 72, 24) +
          "</figure><figure>" +
-         svg_histogram("Radius ratio of each tet (1: regular)", ratios, 0, 1, 20) +
-         "</figure></div>\n";
+         svg_histogram("Radius ratio of each tet (1: regular)", ratios, 0, 1, 20) + "</figure>" +
+         (curved ? "<figure>" +
+                       svg_histogram("Smallest Jacobian of each curved tet (1: straight)",
+                                     curved_jacobians(a.tets), 0, 1, 20) +
+                       "</figure>"
+                 : "") +
+         "</div>\n" +
+         (curved ? "<p class=\"note\">Angles and ratios are those of the straight tets between "
+                   "the corners; tets with straight edges are left out of the third.</p>\n"
+                 : "");
 }
 
 std::string modes_table(const Archetype& a) {
   const Orthogonality o = orthogonality(a);
   const std::vector<double> hz = frequencies_hz(a);
-  std::string html = "<table>" + row({"mode", "frequency, Hz", "residual"}, "th");
-  for (int k = 0; k < a.r(); ++k)
-    html += row({std::to_string(k + 1), number(hz[k]), number(a.residuals[k], "%.1e")});
+  std::string html =
+      "<table>" + row({"vector", "kind", "frequency, Hz", "estimated error, %", "residual"}, "th");
+  for (int k = 0; k < a.r(); ++k) {
+    const std::optional<double> error = frequency_error(a, k);
+    html += row({std::to_string(k + 1), kind_of(a, k), number(hz[k]),
+                 error ? number(100 * *error, "%+.2g") : "",
+                 a.is_static[k] ? "" : number(a.residuals[k], "%.1e")});
+  }
   return html +
-         "</table>\n<p class=\"note\">Residual |K &phi; &minus; &omega;&sup2; M &phi;| / |K "
+         "</table>\n<p class=\"note\">A static vector answers a load; its frequency is that of its "
+         "energy. Estimated error: from a mesh of a quarter of the tets. Residual |K &phi; &minus; "
+         "&omega;&sup2; M &phi;| / |K "
          "&phi;|. Orthogonality: modes with each other " +
          number(o.mass, "%.1e") + " kg, with translations " + number(o.translation, "%.1e") +
          ", with rotations " + number(o.rotation, "%.1e") + ".</p>\n";
@@ -178,8 +205,8 @@ std::string picture(const Archetype& a, int k) {
              draw_surface(shape, moved, a.surface.vertices, 0.5 * largest, kWidth, kHeight))) +
          "\"/><figcaption>" +
          (k < 0 ? "at rest"
-                : "mode " + std::to_string(k + 1) + ", " + number(frequencies_hz(a)[k], "%.4g") +
-                      " Hz") +
+                : (a.is_static[k] ? "static vector " : "mode ") + std::to_string(k + 1) + ", " +
+                      number(frequencies_hz(a)[k], "%.4g") + " Hz") +
          "</figcaption></figure>\n";
 }
 

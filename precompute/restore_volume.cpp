@@ -62,11 +62,12 @@ void follow(const TriMesh& before, const TriMesh& after, const std::vector<int>&
 
 }  // namespace
 
-bool restore_volume(TriMesh& surface, double volume) {
+bool restore_volume(TriMesh& surface, double volume, const std::vector<int>& held) {
   std::vector<Vec3> normals;
   std::vector<double> areas;
   vertex_normals_and_areas(surface, normals, areas);
-  const std::vector<double> sag = sags(surface, normals);
+  std::vector<double> sag = sags(surface, normals);
+  for (const int v : held) sag[v] = 0.0;
 
   TriMesh moved = surface;
   double gain = 0.0;  // volume per unit of the move
@@ -86,16 +87,18 @@ bool restore_volume(TriMesh& surface, double volume) {
   return true;
 }
 
-bool restore_volume(TetMesh& mesh, double volume) {
-  std::vector<int> nodes;
+bool restore_volume(TetMesh& mesh, double volume, const std::vector<char>& held) {
+  std::vector<int> nodes, held_vertices;
   const TriMesh before = boundary_surface(mesh, nodes);
+  for (std::size_t v = 0; v < nodes.size() && !held.empty(); ++v)
+    if (held[nodes[v]]) held_vertices.push_back(int(v));
   TriMesh surface = before;
   TetMesh moved = mesh;
   // Linear tets fill their surface; curved ones differ from its flat triangles by a nearly constant
   // volume.
   for (int pass = 0; pass < (mesh.order() == 1 ? 1 : 3); ++pass) {
     const double beyond = mesh.order() == 1 ? 0.0 : mesh_volume(moved) - enclosed_volume(surface);
-    if (!restore_volume(surface, volume - beyond)) return false;
+    if (!restore_volume(surface, volume - beyond, held_vertices)) return false;
     moved = mesh;
     follow(before, surface, nodes, moved);
   }

@@ -47,8 +47,8 @@ void open_file(const std::string& path) {
   throw refusal(path, reason);
 }
 
-/// The tags of the corners of all tets, four by four.
-std::vector<std::size_t> corner_tags(const std::string& path) {
+/// The tags of the corners of all tets, four by four; `elements`: the tags of the tets.
+std::vector<std::size_t> corner_tags(const std::string& path, std::vector<std::size_t>& elements) {
   std::vector<int> types;
   gmsh::model::mesh::getElementTypes(types, 3);
   for (const int type : types) {
@@ -64,9 +64,33 @@ std::vector<std::size_t> corner_tags(const std::string& path) {
     throw refusal(path, "no tetrahedra in this file",
                   "save the volume mesh, or give a surface file");
   }
-  std::vector<std::size_t> elements, corners;
+  std::vector<std::size_t> corners;
   gmsh::model::mesh::getElementsByType(kLinearTet, elements, corners);
   return corners;
+}
+
+/// Physical groups of volumes by name, by number where they have none. `elements`: tags of all
+/// tets.
+TetGroups physical_groups(const std::vector<std::size_t>& elements) {
+  std::unordered_map<std::size_t, int> index;
+  for (std::size_t t = 0; t < elements.size(); ++t) index[elements[t]] = int(t);
+  gmsh::vectorpair pairs;
+  gmsh::model::getPhysicalGroups(pairs, 3);
+  TetGroups groups;
+  for (const auto& [dimension, number] : pairs) {
+    std::string name;
+    gmsh::model::getPhysicalName(dimension, number, name);
+    std::vector<int>& tets = groups[name.empty() ? std::to_string(number) : name];
+    std::vector<int> volumes;
+    gmsh::model::getEntitiesForPhysicalGroup(dimension, number, volumes);
+    for (const int volume : volumes) {
+      std::vector<std::size_t> members, corners;
+      gmsh::model::mesh::getElementsByType(kLinearTet, members, corners, volume);
+      for (const std::size_t tag : members) tets.push_back(index.at(tag));
+    }
+    std::sort(tets.begin(), tets.end());
+  }
+  return groups;
 }
 
 bool has_ending(const std::string& path, const std::string& ending) {
@@ -80,7 +104,9 @@ TetFile read_with_gmsh(const std::string& path) {
   const GmshSession session;
   open_file(path);
   TetFile file;
-  file.corners = corner_tags(path);
+  std::vector<std::size_t> elements;
+  file.corners = corner_tags(path, elements);
+  file.groups = physical_groups(elements);
   std::vector<double> parametric;
   gmsh::model::mesh::getNodes(file.tags, file.coordinates, parametric);
   return file;
@@ -98,7 +124,7 @@ bool is_tet_file(const std::string& path) {
   return has_ending(path, ".msh") || has_ending(path, ".mesh") || has_ending(path, ".vtu");
 }
 
-TetMesh read_tets(const std::string& path, double scale) {
+TetMesh read_tets(const std::string& path, double scale, TetGroups* groups) {
   const TetFile file = has_ending(path, ".vtu") ? read_vtu(path) : read_with_gmsh(path);
   // Nodes keep the order of the file; those without a tet are left out.
   std::unordered_map<std::size_t, int> number;
@@ -123,6 +149,7 @@ TetMesh read_tets(const std::string& path, double scale) {
     }
   }
   orient_positively(mesh);
+  if (groups) *groups = file.groups;
   return mesh;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common/tet_mesh.h"
+#include "precompute/tet_file.h"
 
 namespace archetide {
 
@@ -12,7 +13,8 @@ bool is_tet_file(const std::string& path);
 /// Linear tets of a Gmsh (.msh, any version), Medit (.mesh) or VTK XML (.vtu, uncompressed) file,
 /// multiplied by `scale`;
 /// positively oriented, without unused nodes. Throws FileError when it is missing, InputError when
-/// it holds no tets or others than linear ones.
-TetMesh read_tets(const std::string& path, double scale);
+/// it holds no tets or others than linear ones. `groups`: the physical groups of tets of a .msh
+/// file.
+TetMesh read_tets(const std::string& path, double scale, TetGroups* groups = nullptr);
 
 }  // namespace archetide

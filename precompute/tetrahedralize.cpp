@@ -8,11 +8,12 @@
 
 #include "common/input_error.h"
 #include "common/surface_topology.h"
+#include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/intake.h"
 #include "precompute/meshers.h"
-#include "precompute/restore_volume.h"
 #include "precompute/quadratic_tets.h"
+#include "precompute/restore_volume.h"
 
 namespace archetide {
 namespace {
@@ -25,7 +26,12 @@ constexpr double kFinerThanWanted = 0.8;
 constexpr double kRemeshedEdge = 0.6;
 /// Parts of the missing volume that are tried, the most first.
 constexpr double kRestored[] = {1.0, 0.75, 0.5, 0.0};
-constexpr double kSharpAngle = 60.0;  // degrees between face normals that the mesh must follow
+constexpr int kHeldRounds = 4;  // more and more nodes held
+/// Sizes that are tried when no way gives tets that pass: near the limit of what a thin part
+/// allows, which tets turn out flat is a matter of chance.
+constexpr double kOtherSizes[] = {0.95, 0.9, 0.85};
+constexpr double kSecondsPerTet = 2e-4;  // allowed beyond options.cpu_seconds; both take 2e-5
+constexpr double kSharpAngle = 60.0;     // degrees between face normals that the mesh must follow
 /// Largest distance of a boundary facet to the surface in units of the size; restore_volume does
 /// the rest.
 constexpr double kFacetDistance = 0.1;
@@ -33,10 +39,13 @@ constexpr double kFacetDistance = 0.1;
 /// A way to fill the surface; the next one is tried when the tets fail the quality gate.
 struct Way {
   Mesher mesher;
-  bool sharp;   // follow sharp edges
-  bool remesh;  // make the triangles of the surface even first
-  double edge;  // then: their edge, in units of the size
+  bool sharp;         // follow sharp edges
+  bool remesh;        // make the triangles of the surface even first
+  double edge;        // then: their edge, in units of the size
+  double size = 1.0;  // in units of the size that gives the wanted number
 };
+
+const char* name_of(Mesher mesher) { return mesher == Mesher::kGmsh ? "gmsh" : "cgal"; }
 
 Vec3 unit_normal(const TriMesh& s, int t) {
   const Vec3i& v = s.triangles[t];
@@ -98,7 +107,7 @@ std::vector<int> seed_triangles(const TriMesh& surface, bool sharp) {
   return {seeds.begin(), seeds.end()};
 }
 
-TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request) {
+TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request, double& cpu_seconds) {
   TriMesh even;
   if (way.remesh) {
     even = remesh_surface(input, way.edge * request.size, way.sharp ? kSharpAngle : 180.0);
@@ -106,10 +115,12 @@ TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request) {
       throw NumericsError("the surface cannot be made even without folds");
   }
   const TriMesh& surface = way.remesh ? even : input;
-  if (way.mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
-  request.seeds = seed_triangles(surface, way.sharp);
-  return way.sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
-                   : mesh_with_cgal(surface, request);
+  if (way.mesher == Mesher::kCgal) request.seeds = seed_triangles(surface, way.sharp);
+  return in_child_process(name_of(way.mesher), cpu_seconds, [&] {
+    if (way.mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
+    return way.sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
+                     : mesh_with_cgal(surface, request);
+  });
 }
 
 /// Dihedral angle below which tets are perturbed away, degrees. Where a body is few tets thick (a
@@ -122,37 +133,45 @@ double sliver_bound(const TriMesh& surface, double volume, double edge) {
 
 /// Up to two attempts: the second one corrects the size when the first missed the target.
 TetrahedralizeResult fill_to_target(const TriMesh& surface, const Way& way, double volume,
-                                    const TetrahedralizeOptions& options) {
+                                    const TetrahedralizeOptions& options, double& cpu_seconds) {
   TetrahedralizeResult result;
   result.edge = std::cbrt(tets_per_cube(options.mesher) * volume / options.target);
   for (result.attempts = 1;; ++result.attempts) {
     MeshRequest request;
-    request.size = result.edge;
-    request.facet_distance = kFacetDistance * result.edge;
+    request.size = way.size * result.edge;
+    request.facet_distance = kFacetDistance * request.size;
     request.seed = options.seed;
-    request.sliver_bound = sliver_bound(surface, volume, result.edge);
-    result.mesh = fill(surface, way, request);
-    const double ratio = double(result.mesh.tets.size()) / options.target;
+    request.sliver_bound = sliver_bound(surface, volume, request.size);
+    result.mesh = fill(surface, way, request, cpu_seconds);
+    const double ratio = double(result.mesh.tets.size()) * std::pow(way.size, 3) / options.target;
     if (std::abs(ratio - 1.0) <= options.target_tolerance || result.attempts == 2 || ratio == 0.0)
       return result;
     result.edge *= std::cbrt(ratio);
   }
 }
 
-/// Moves the boundary to restore the volume as far as that harms no tet.
+/// Moves the boundary to restore the volume where that harms no tet: the nodes of harmed ones are
+/// held and the others tried again; at last, only a part of the volume is restored.
 void restore(const QualityLimits& limits, double volume, int shell_count,
              TetrahedralizeResult& result) {
   result.quality = measure_quality(result.mesh, volume, shell_count);
   result.raw_volume_error = result.quality.volume_error;
   const double missing = volume - result.quality.volume;
   for (const double part : kRestored) {
-    TetMesh restored = result.mesh;
-    if (part > 0) restore_volume(restored, volume - (1 - part) * missing);
-    const TetQuality after = measure_quality(restored, volume, shell_count);
-    if (!quality_complaints(after, limits).empty()) continue;
-    result.mesh = std::move(restored);
-    result.quality = after;
-    return;
+    std::vector<char> held(result.mesh.nodes.size(), 0);
+    for (int round = 0; round < kHeldRounds; ++round) {
+      TetMesh restored = result.mesh;
+      if (part > 0 && !restore_volume(restored, volume - (1 - part) * missing, held)) break;
+      const TetQuality after = measure_quality(restored, volume, shell_count);
+      if (quality_complaints(after, limits).empty()) {
+        result.mesh = std::move(restored);
+        result.quality = after;
+        return;
+      }
+      if (part == 0) break;
+      for (const int t : bad_tets(restored, limits))
+        for (const int node : restored.tets[t]) held[node] = 1;
+    }
   }
 }
 
@@ -168,6 +187,10 @@ std::vector<Way> ways(const TriMesh& surface, const std::vector<SurfaceEdge>& ed
   std::vector<Way> list = {{Mesher::kCgal, false, false, 0.0},
                            {Mesher::kCgal, false, true, kRemeshedEdge}};
   if (sharp) list.insert(list.begin(), {Mesher::kCgal, true, false, 0.0});
+  for (const double smaller : kOtherSizes) {
+    list.push_back(list.front());
+    list.back().size = smaller;
+  }
   return list;
 }
 
@@ -186,11 +209,12 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
   const double volume = enclosed_volume(surface);
   int shell_count = 0;
   shells(surface, edges, shell_count);
+  double cpu_seconds = options.cpu_seconds + kSecondsPerTet * options.target;
   TetrahedralizeResult best;  // the first one that gave tets at all
   std::string failure;
   for (const Way& way : ways(surface, edges, volume, options)) {
     try {
-      TetrahedralizeResult result = fill_to_target(surface, way, volume, options);
+      TetrahedralizeResult result = fill_to_target(surface, way, volume, options, cpu_seconds);
       if (options.order == 2) {
         result.mesh = with_middle_nodes(result.mesh);
         result.curved = curve_boundary(result.mesh, surface, kSharpAngle);
@@ -198,13 +222,16 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
       restore(options.limits, volume, shell_count, result);
       if (quality_complaints(result.quality, options.limits).empty()) return result;
       if (best.mesh.tets.empty()) best = std::move(result);
+    } catch (const OutOfTime& error) {
+      // No other way: whether this one ends in time must not decide which tets there are.
+      throw OutOfTime(std::string(error.what()) + "\n  " + hint(options.mesher));
     } catch (const NumericsError& error) {
       if (failure.empty()) failure = error.what();
     }
   }
   if (best.mesh.tets.empty()) throw NumericsError(failure + "\n  " + hint(options.mesher));
-  require_quality(best.mesh, best.quality, options.limits,
-                  options.mesher == Mesher::kCgal ? "cgal" : "gmsh", hint(options.mesher));
+  require_quality(best.mesh, best.quality, options.limits, name_of(options.mesher),
+                  hint(options.mesher));
   return best;
 }
 

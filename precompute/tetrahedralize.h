@@ -15,6 +15,9 @@ struct TetrahedralizeOptions {
   int order = 1;                   // 2: quadratic tets, the boundary's curved to the surface
   double target_tolerance = 0.15;  // relative miss of the target that triggers one correction
   unsigned seed = 1;               // of the mesher's random generator
+  /// CPU seconds for all attempts together, and 2e-4 for each tet; then it is refused. A million
+  /// tets take a tenth.
+  double cpu_seconds = 40.0;
   QualityLimits limits;
 };
 
@@ -30,7 +33,7 @@ struct TetrahedralizeResult {
 /// Fills a closed, manifold, outward oriented surface without self-intersections (the caller has
 /// checked; an open one would crash the mesher, so it is refused here again). Same input, same
 /// output (gmsh: in a fresh process). Throws InputError (surface unfit), NumericsError (quality
-/// gate).
+/// gate, out of time).
 TetrahedralizeResult tetrahedralize(const TriMesh& surface, const TetrahedralizeOptions& options);
 
 }  // namespace archetide

@@ -5,7 +5,6 @@
 
 #include "common/input_error.h"
 #include "common/surface_topology.h"
-#include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/meshers.h"
 
@@ -89,7 +88,9 @@ TetMesh read_tets() {
   return mesh;
 }
 
-TetMesh mesh_here(const TriMesh& surface, const MeshRequest& request) {
+}  // namespace
+
+TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
   try {
     const GmshSession session;
     gmsh::option::setNumber("Mesh.RandomSeed", request.seed);
@@ -100,12 +101,6 @@ TetMesh mesh_here(const TriMesh& surface, const MeshRequest& request) {
   } catch (const std::string& message) {
     throw NumericsError("gmsh could not fill the surface: " + message);
   }
-}
-
-}  // namespace
-
-TetMesh mesh_with_gmsh(const TriMesh& surface, const MeshRequest& request) {
-  return in_child_process("gmsh", [&] { return mesh_here(surface, request); });
 }
 
 }  // namespace archetide

@@ -20,18 +20,21 @@ DataArray integers(const std::vector<std::int64_t>& list) {
 }
 
 void write_cells(Hdf5Writer& file, const TetMesh& tets) {
-  constexpr std::uint8_t kVtkTetra = 10;
-  std::vector<std::int64_t> corners, offsets = {0};
-  for (const auto& tet : tets.tets) {
-    corners.insert(corners.end(), tet.begin(), tet.end());
-    offsets.push_back(static_cast<std::int64_t>(corners.size()));
+  constexpr std::uint8_t kVtkTetra = 10, kVtkQuadraticTetra = 24;
+  const bool quadratic = tets.order() == 2;
+  std::vector<std::int64_t> nodes, offsets = {0};
+  for (std::size_t t = 0; t < tets.tets.size(); ++t) {
+    nodes.insert(nodes.end(), tets.tets[t].begin(), tets.tets[t].end());
+    if (quadratic) nodes.insert(nodes.end(), tets.mids[t].begin(), tets.mids[t].end());
+    offsets.push_back(static_cast<std::int64_t>(nodes.size()));
   }
-  const std::vector<std::uint8_t> types(tets.tets.size(), kVtkTetra);
+  const std::vector<std::uint8_t> types(tets.tets.size(),
+                                        quadratic ? kVtkQuadraticTetra : kVtkTetra);
   const auto count = [](std::size_t n) { return integers({static_cast<std::int64_t>(n)}); };
   file.write("VTKHDF/NumberOfPoints", count(tets.nodes.size()), "1", "1");
   file.write("VTKHDF/NumberOfCells", count(tets.tets.size()), "1", "1");
-  file.write("VTKHDF/NumberOfConnectivityIds", count(corners.size()), "1", "1");
-  file.write("VTKHDF/Connectivity", integers(corners), "1", "4 nt");
+  file.write("VTKHDF/NumberOfConnectivityIds", count(nodes.size()), "1", "1");
+  file.write("VTKHDF/Connectivity", integers(nodes), "1", quadratic ? "10 nt" : "4 nt");
   file.write("VTKHDF/Offsets", integers(offsets), "1", "nt + 1");
   file.write("VTKHDF/Types", packed(Type::kUint8, {types.size()}, types.data(), types.size()), "1",
              "nt");

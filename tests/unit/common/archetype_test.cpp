@@ -8,6 +8,7 @@
 #include <random>
 #include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/check.h"
 #include "common/hdf5_file.h"
 #include "common/input_error.h"
@@ -17,13 +18,6 @@ namespace {
 
 std::string scratch(const std::string& name) {
   return testing::TempDir() + "archetype_" + std::to_string(::getpid()) + "_" + name;
-}
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
 }
 
 void put_bytes(const std::string& path, const std::string& bytes) {
@@ -173,7 +167,7 @@ TEST(ArchetypeFile, SameContentsGiveTheSameBytes) {
   write_archetype(first, sample(3));
   ::sleep(1);  // a stored time of writing, in seconds, would differ
   write_archetype(second, sample(3));
-  EXPECT_EQ(bytes_of(first), bytes_of(second));
+  EXPECT_EQ(read_whole_file(first), read_whole_file(second));
   std::filesystem::remove(first);
   std::filesystem::remove(second);
 }
@@ -192,7 +186,7 @@ TEST(ArchetypeFile, ContentHashChangesWithAnyNumber) {
 TEST(ArchetypeFile, TruncationAtAnyPlaceIsAFileError) {
   const std::string path = scratch("cut.h5");
   write_archetype(path, sample(3));
-  const std::string whole = bytes_of(path);
+  const std::string whole = read_whole_file(path);
   for (const double part : {0.0, 0.001, 0.01, 0.1, 0.5, 0.9, 0.999}) {
     put_bytes(path,
               whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
@@ -209,7 +203,7 @@ TEST(ArchetypeFile, AFlippedByteIsAFileErrorOrChangesNothing) {
   const std::string path = scratch("flip.h5");
   const Archetype a = sample(2);
   write_archetype(path, a);
-  const std::string whole = bytes_of(path);
+  const std::string whole = read_whole_file(path);
   int silent = 0, flips = 0;
   for (std::size_t at = 0; at < whole.size(); at += 23, ++flips) {
     std::string damaged = whole;
@@ -229,7 +223,7 @@ TEST(ArchetypeFile, AFlippedBitInStoredNumbersIsNamedAHashMismatch) {
   const std::string path = scratch("bit.h5");
   const Archetype a = sample(2);
   write_archetype(path, a);
-  std::string bytes = bytes_of(path);
+  std::string bytes = read_whole_file(path);
   const auto find = [&](const double& x) {
     return bytes.find(std::string(reinterpret_cast<const char*>(&x), 8));
   };
@@ -273,7 +267,7 @@ TEST(ArchetypeFile, SaysWhatIsWrongWithAForeignFile) {
 TEST(ArchetypeFile, AFailedWriteKeepsTheOldFile) {
   const std::string path = scratch("kept.h5");
   write_archetype(path, sample(1));
-  const std::string before = bytes_of(path);
+  const std::string before = read_whole_file(path);
   Archetype broken = sample(1);
   broken.omega2[0] = std::nan("");
   EXPECT_THROW(write_archetype(path, broken), AssertionError);
@@ -281,7 +275,7 @@ TEST(ArchetypeFile, AFailedWriteKeepsTheOldFile) {
     Hdf5Writer abandoned(path);
     abandoned.attribute("format", "half");
   }
-  EXPECT_EQ(bytes_of(path), before);
+  EXPECT_EQ(read_whole_file(path), before);
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
   EXPECT_THROW(write_archetype("/nonexistent/folder/a.h5", sample(1)), MachineError);
   std::filesystem::remove(path);

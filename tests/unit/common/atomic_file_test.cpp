@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/input_error.h"
 
 namespace archetide {
@@ -16,23 +17,17 @@ std::string scratch() {
   return testing::TempDir() + "atomic_" + std::to_string(::getpid()) + ".txt";
 }
 
-std::string bytes_of(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
-
 TEST(AtomicFile, ReplacesTheOldFileOnlyAtTheCommit) {
   const std::string path = scratch();
   write_file_atomically(path, "old");
   {
     AtomicFile file(path);
     std::ofstream(file.part()) << "new";
-    EXPECT_EQ(bytes_of(path), "old");
+    EXPECT_EQ(read_whole_file(path), "old");
     file.commit();
-    EXPECT_EQ(bytes_of(path), "new");
+    EXPECT_EQ(read_whole_file(path), "new");
   }
-  EXPECT_EQ(bytes_of(path), "new");
+  EXPECT_EQ(read_whole_file(path), "new");
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
   std::filesystem::remove(path);
 }
@@ -44,7 +39,7 @@ TEST(AtomicFile, LeavesTheOldFileAndNoPartWhenAbandoned) {
     AtomicFile file(path);
     std::ofstream(file.part()) << "half";
   }
-  EXPECT_EQ(bytes_of(path), "old");
+  EXPECT_EQ(read_whole_file(path), "old");
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
   std::filesystem::remove(path);
 }

@@ -16,7 +16,6 @@
 namespace archetide {
 namespace {
 
-using testing_meshes::bytes_of;
 using testing_meshes::ScratchFolder;
 
 std::string as_off(const TriMesh& m) {
@@ -121,8 +120,8 @@ TEST(Build, IsReproducibleByteForByte) {
                                 "--gtest_filter='FreshProcess.*'";
     ASSERT_EQ(std::system(command.c_str()), 0);
   }
-  EXPECT_GT(bytes_of(folder.file("a.h5")).size(), 10000u);
-  EXPECT_TRUE(bytes_of(folder.file("a.h5")) == bytes_of(folder.file("b.h5")));
+  EXPECT_GT(read_whole_file(folder.file("a.h5")).size(), 10000u);
+  EXPECT_TRUE(read_whole_file(folder.file("a.h5")) == read_whole_file(folder.file("b.h5")));
 }
 
 TEST(Build, KnowsRegionsPointSetsFramesAndStaticLoads) {
@@ -242,7 +241,7 @@ TEST(Build, DepfileNamesBodyAndMesh) {
   recipe.path = "bodies/my duck.body.toml";
   recipe.mesh_path = "meshes/duck.obj";
   write_depfile(folder.file("d"), "out/duck.h5", recipe);
-  EXPECT_EQ(bytes_of(folder.file("d")),
+  EXPECT_EQ(read_whole_file(folder.file("d")),
             "out/duck.h5: bodies/my\\ duck.body.toml meshes/duck.obj\n"
             "bodies/my\\ duck.body.toml:\nmeshes/duck.obj:\n");
 }
@@ -269,7 +268,7 @@ TEST(Inspect, VtuHoldsTheDisplacedNodes) {
   const ScratchFolder folder;
   const Archetype a = ball(folder);
   write_vtu(folder.file("m.vtu"), a, 2, 0.05);
-  const std::string bytes = bytes_of(folder.file("m.vtu"));
+  const std::string bytes = read_whole_file(folder.file("m.vtu"));
   const std::size_t n = a.tets.nodes.size(),
                     start = bytes.find('_', bytes.find("<AppendedData")) + 1;
   std::uint64_t length = 0;

@@ -194,5 +194,25 @@ TEST(Intake, NamesAtMostFiveDefectsOfAKindButCountsAll) {
   EXPECT_EQ(std::count(text.begin(), text.end(), ';'), 6) << text;  // one in the hint
 }
 
+TEST(Intake, ManyFacesOnTopOfEachOtherAreRefusedWithoutCheckingEveryPair) {
+  // 2000 needles through one place: 8000 faces, 32 million pairs.
+  TriMesh pile;
+  const TriMesh needle{{{-1, -1, -1}, {1, 1, 1.0}, {1, 1, 1.1}, {1, 1.1, 1}},
+                       {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  for (int k = 0; k < 2000; ++k) {
+    const int first = int(pile.vertices.size());
+    for (const Vec3& x : needle.vertices) pile.vertices.push_back((1.0 + 1e-4 * k) * x);
+    for (const Vec3i& t : needle.triangles) pile.triangles.push_back(t.array() + first);
+  }
+  const long most = most_candidates(pile.triangles.size());
+  EXPECT_EQ(crowd(pile, most).pairs, most + 1);  // it stopped there
+  const std::string text = refusal(as_file(pile));
+  EXPECT_TRUE(has(text, "pairs of faces may intersect, too many to check")) << text;
+  EXPECT_TRUE(has(text, "face 1 at") || has(text, "; face ")) << text;
+  EXPECT_TRUE(has(text, "set repair = \"wrap\"")) << text;
+  // A tidy mesh stays far below.
+  EXPECT_LT(crowd(shapes::sphere(1.0, 4), most).pairs, 25 * 5120);
+}
+
 }  // namespace
 }  // namespace archetide

@@ -15,7 +15,6 @@
 namespace archetide {
 namespace {
 
-using testing_meshes::bytes_of;
 using testing_meshes::ScratchFolder;
 
 /// The program at work, its log on a pipe.
@@ -75,12 +74,13 @@ TEST(Interrupt, LeavesTheOldArchetype) {
             "modes = { count = 2 }\n");
   };
   const std::string out = folder.file("ball.h5");
-  const std::vector<std::string> command = {ARCHETIDE_PRECOMPUTE_BIN, "build", body(500), "-o",
+  const std::vector<std::string> command = {ARCHETIDE_PRECOMPUTE_BIN, "build", body(100), "-o",
                                             out};
   ASSERT_EQ(Child(command).wait(), 0);
-  const std::string old = bytes_of(out), record = bytes_of(folder.file("ball.build.json"));
+  const std::string old = read_whole_file(out),
+                    record = read_whole_file(folder.file("ball.build.json"));
   ASSERT_FALSE(old.empty());
-  body(20000);
+  body(3000);
   // "surface": it is about to mesh; "tets": about to sample the surface and factor; "modes": about
   // to write (which may be over before the signal arrives, so that one is only killed below).
   for (const std::string phase : {"surface: ", "tets: "}) {
@@ -88,8 +88,8 @@ TEST(Interrupt, LeavesTheOldArchetype) {
       Child child(command);
       ASSERT_TRUE(child.wait_for(phase));
       EXPECT_EQ(child.stop(signal), signal == SIGKILL ? -SIGKILL : 75) << phase;
-      EXPECT_EQ(bytes_of(out), old) << phase << signal;
-      EXPECT_EQ(bytes_of(folder.file("ball.build.json")), record);
+      EXPECT_EQ(read_whole_file(out), old) << phase << signal;
+      EXPECT_EQ(read_whole_file(folder.file("ball.build.json")), record);
       if (signal != SIGKILL) {
         EXPECT_FALSE(std::filesystem::exists(out + ".part"));
       }
@@ -110,7 +110,7 @@ TEST(Program, GmshGivesTheSameArchetypeEachTime) {
       "material = { density = 8.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 2 }\n");
   for (const std::string name : {"a.h5", "b.h5"})
     ASSERT_EQ(Child({ARCHETIDE_PRECOMPUTE_BIN, "build", body, "-o", folder.file(name)}).wait(), 0);
-  EXPECT_EQ(bytes_of(folder.file("a.h5")), bytes_of(folder.file("b.h5")));
+  EXPECT_EQ(read_whole_file(folder.file("a.h5")), read_whole_file(folder.file("b.h5")));
 }
 
 TEST(Program, OffendingElementsAreNamedBesideTheOutput) {

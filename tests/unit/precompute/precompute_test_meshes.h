@@ -9,16 +9,11 @@
 
 #include <gtest/gtest.h>
 
+#include "common/byte_stream.h"
 #include "common/surface_io.h"
 #include "shapes.h"
 
 namespace archetide::testing_meshes {
-
-inline std::string bytes_of(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
 
 /// A new folder for the files of one test, removed at its end.
 class ScratchFolder {

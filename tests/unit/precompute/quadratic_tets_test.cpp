@@ -5,9 +5,9 @@
 #include <numbers>
 #include <random>
 
+#include "common/mesh_sdf.h"
 #include "precompute/closest_point.h"
 #include "precompute/elasticity.h"
-#include "common/mesh_sdf.h"
 #include "precompute/tet_element.h"
 #include "precompute/tetrahedralize.h"
 #include "tests/unit/precompute/shapes.h"

@@ -335,5 +335,19 @@ TEST(SlowModels, BunnyFilled) {
 TEST(SlowModels, BunnyWrapped) { expect_model("stanford-bunny.obj", Repair::kWrap, 7.75e-4, 0.02); }
 TEST(SlowModels, SuzanneWrapped) { expect_model("suzanne.obj", Repair::kWrap, 2.24, 0.03); }
 
+TEST(Repair, AWrapOfMillionsOfFacesIsRefusedBeforeItIsMade) {
+  RepairOptions fine = with(Repair::kWrap);
+  fine.alpha = 1e-4;
+  IntakeReport report;
+  try {
+    accept_surface(as_file(shapes::sphere(1.0, 2)), 1.0, fine, report);
+    FAIL();
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("wrap.alpha is too fine"), std::string::npos) << text;
+    EXPECT_NE(text.find("raise wrap.alpha to 0.007"), std::string::npos) << text;
+  }
+}
+
 }  // namespace
 }  // namespace archetide

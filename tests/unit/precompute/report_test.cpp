@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "common/byte_stream.h"
 #include "common/hdf5_file.h"
 #include "common/input_error.h"
 #include "precompute/archetype_figures.h"
@@ -24,12 +25,6 @@ namespace {
 
 using testing_meshes::ScratchFolder;
 
-std::string text_of(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path, std::ios::binary).rdbuf();
-  return out.str();
-}
-
 std::size_t count(const std::string& text, const std::string& part) {
   std::size_t n = 0;
   for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; ++at) ++n;
@@ -37,14 +32,16 @@ std::size_t count(const std::string& text, const std::string& part) {
 }
 
 /// A ball of radius 0.5 m with three modes, and its record.
-Archetype ball(const ScratchFolder& folder, BuildRecord& record) {
+Archetype ball(const ScratchFolder& folder, BuildRecord& record, int order = 1) {
   TriMesh mesh = shapes::sphere(1.0, 3);
   for (Vec3& x : mesh.vertices) x += Vec3(2, 4, 6);
   write_ply(folder.file("ball.ply"), mesh);
   const std::string recipe = folder.write(
       "ball.body.toml",
-      "schema = 1\nmesh = \"ball.ply\"\nscale = 0.5\ntet = { target = 1500, order = 1 }\n"
-      "material = { density = 800.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 5 }\n");
+      "schema = 1\nmesh = \"ball.ply\"\nscale = 0.5\ntet = { target = 1500, order = " +
+          std::to_string(order) +
+          " }\n"
+          "material = { density = 800.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 5 }\n");
   Log log(Log::Level::kQuiet);
   Profile profile;
   Archetype a = build_archetype(read_recipe(recipe), log, profile, &record);
@@ -59,7 +56,7 @@ TEST(Report, IsOneSelfContainedPage) {
   BuildRecord record;
   ball(folder, record);
   write_archetype_report(folder.file("r.html"), {folder.file("ball.h5"), folder.file("ball.h5")});
-  const std::string html = text_of(folder.file("r.html"));
+  const std::string html = read_whole_file(folder.file("r.html"));
   EXPECT_EQ(count(html, "<h2>ball</h2>"), 2u);
   EXPECT_EQ(count(html, "<svg "), 4u);  // two histograms each
   EXPECT_EQ(count(html, "src=\"data:image/png;base64,"), png_available() ? 12u : 0u);
@@ -79,7 +76,7 @@ TEST(Report, SaysSoWhenTheMakingIsNotRecorded) {
   folder.write("ball.build.json", "{ \"hash\": 3");
   EXPECT_FALSE(read_record(folder.file("ball.h5"), record.hash).has_value());
   write_archetype_report(folder.file("r.html"), {folder.file("ball.h5")});
-  EXPECT_NE(text_of(folder.file("r.html")).find("Not recorded"), std::string::npos);
+  EXPECT_NE(read_whole_file(folder.file("r.html")).find("Not recorded"), std::string::npos);
 }
 
 TEST(Record, HoldsTheInputSurfaceAndReadsBack) {
@@ -200,7 +197,30 @@ TEST(VtkHdf, HoldsTetsAndEveryModeAsAView) {
   EXPECT_LT(std::filesystem::file_size(folder.file("ball.hdf")),
             8 * (3 * n * (a.r() + 1) + 5 * nt) + nt + 20000);
   write_vtkhdf(folder.file("again.hdf"), a);
-  EXPECT_EQ(text_of(folder.file("ball.hdf")), text_of(folder.file("again.hdf")));
+  EXPECT_EQ(read_whole_file(folder.file("ball.hdf")), read_whole_file(folder.file("again.hdf")));
+}
+
+TEST(VtkHdf, QuadraticTetsKeepTheirCurvedEdges) {
+  const ScratchFolder folder;
+  BuildRecord record;
+  const Archetype a = ball(folder, record, 2);
+  write_vtkhdf(folder.file("ball.hdf"), a);
+  const std::size_t nt = a.tets.tets.size();
+  const Hdf5Reader file(folder.file("ball.hdf"), "");
+  EXPECT_EQ(file.read("VTKHDF/Types").bytes, std::vector<char>(nt, 24));
+  const DataArray nodes = file.read("VTKHDF/Connectivity");
+  ASSERT_EQ(nodes.shape, (std::vector<std::size_t>{10 * nt}));
+  std::vector<std::int64_t> list(10 * nt);
+  std::memcpy(list.data(), nodes.bytes.data(), nodes.bytes.size());
+  // VTK's order of a quadratic tet: corners, then the middles of 01, 12, 20, 03, 13, 23.
+  constexpr int kEnds[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+  for (std::size_t t = 0; t < nt; ++t)
+    for (int e = 0; e < 6; ++e) {
+      const Vec3 &p = a.tets.nodes[list[10 * t + kEnds[e][0]]],
+                 &q = a.tets.nodes[list[10 * t + kEnds[e][1]]],
+                 &middle = a.tets.nodes[list[10 * t + 4 + e]];
+      EXPECT_LT((middle - 0.5 * (p + q)).norm(), 0.3 * (p - q).norm());
+    }
 }
 
 TEST(VtkHdf, OpensInParaViewAndWarps) {
@@ -208,7 +228,7 @@ TEST(VtkHdf, OpensInParaViewAndWarps) {
     GTEST_SKIP() << "pvpython is not installed";
   const ScratchFolder folder;
   BuildRecord record;
-  const Archetype a = ball(folder, record);
+  const Archetype a = ball(folder, record, 2);
   write_vtkhdf(folder.file("ball.hdf"), a);
   const std::string script = folder.write(
       "look.py",
@@ -220,15 +240,17 @@ TEST(VtkHdf, OpensInParaViewAndWarps) {
       "w.ScaleFactor = 2.0\n"
       "d = servermanager.Fetch(w)\n"
       "print(d.GetNumberOfPoints(), d.GetNumberOfCells(), d.GetPointData().GetNumberOfArrays(),\n"
-      "      '%.9e' % d.GetPoint(7)[1])\n");
+      "      '%.9e' % d.GetPoint(7)[1], d.GetCellType(0))\n");
   const std::string command = "pvpython --force-offscreen-rendering " + script + " " +
                               folder.file("ball.hdf") + " >" + folder.file("out") + " 2>/dev/null";
   ASSERT_EQ(std::system(command.c_str()), 0);
-  std::istringstream out(text_of(folder.file("out")));
+  std::istringstream out(read_whole_file(folder.file("out")));
   std::size_t points = 0, cells = 0;
   int arrays = 0;
   double y = 0.0;
-  out >> points >> cells >> arrays >> y;
+  int type = 0;
+  out >> points >> cells >> arrays >> y >> type;
+  EXPECT_EQ(type, 24);
   EXPECT_EQ(points, a.tets.nodes.size());
   EXPECT_EQ(cells, a.tets.tets.size());
   EXPECT_EQ(arrays, a.r());

@@ -7,6 +7,7 @@
 
 #include "common/base64.h"
 #include "common/input_error.h"
+#include "precompute/regions.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {
@@ -132,6 +133,33 @@ TEST(TetIo, ReadsMedit) {
   double volume = 0.0;
   for (int t = 0; t < 48; ++t) volume += tet_volume(mesh, t);
   EXPECT_NEAR(volume, 1.0, 1e-14);
+}
+
+TEST(TetIo, PhysicalGroupsOfAMshFileAreMaterialRegions) {
+  const ScratchFolder folder;
+  // Two tets, one in each group; the second group has a number only.
+  const std::string path = folder.write(
+      "two.msh",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 5 \"heavy\"\n"
+      "$EndPhysicalNames\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n"
+      "$Elements\n2\n1 4 2 5 1 1 2 3 4\n2 4 2 6 2 2 3 4 5\n$EndElements\n");
+  TetGroups groups;
+  const TetMesh mesh = read_tets(path, 1.0, &groups);
+  ASSERT_EQ(mesh.tets.size(), 2u);
+  EXPECT_EQ(groups, (TetGroups{{"heavy", {0}}, {"6", {1}}}));
+  const Material base{1.0, 1e5, 0.3}, other{7.0, 1e5, 0.3};
+  MaterialRegion region{{}, other, {}};
+  region.region.group = "heavy";
+  const MaterialField field = find_materials(base, {region}, mesh, Vec3::Zero(), groups);
+  EXPECT_EQ(field.at(0).density, 7.0);
+  EXPECT_EQ(field.at(1).density, 1.0);
+  region.region.group = "havy";
+  try {
+    find_materials(base, {region}, mesh, Vec3::Zero(), groups);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("its groups are: 6, heavy"), std::string::npos);
+  }
 }
 
 }  // namespace

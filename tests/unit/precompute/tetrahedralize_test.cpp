@@ -6,11 +6,11 @@
 #include <cstdlib>
 
 #include "common/input_error.h"
+#include "common/mesh_sdf.h"
 #include "common/surface_topology.h"
 #include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/restore_volume.h"
-#include "common/mesh_sdf.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {
@@ -109,12 +109,14 @@ TEST(Tetrahedralize, SameInputGivesTheSameCgalMesh) {
 
 TEST(ChildProcess, HandsBackTetsErrorsAndCrashes) {
   const TetMesh box = shapes::tet_box(3, 2, 1, 0.1);
-  const TetMesh back = in_child_process("box", [&] { return box; });
+  double cpu_seconds = 10.0;
+  const TetMesh back = in_child_process("box", cpu_seconds, [&] { return box; });
   EXPECT_TRUE(back.nodes == box.nodes);
   EXPECT_TRUE(back.tets == box.tets);
   const auto message = [](const std::function<TetMesh()>& work) {
     try {
-      in_child_process("it", work);
+      double plenty = 10.0;
+      in_child_process("it", plenty, work);
     } catch (const NumericsError& error) {
       return std::string(error.what());
     }
@@ -123,6 +125,30 @@ TEST(ChildProcess, HandsBackTetsErrorsAndCrashes) {
   EXPECT_EQ(message([]() -> TetMesh { throw NumericsError("no tets"); }), "no tets");
   EXPECT_EQ(message([]() -> TetMesh { std::abort(); }), "it crashed (signal 6)");
   EXPECT_EQ(message([]() -> TetMesh { ::_exit(0); }), "it crashed");
+}
+
+TEST(ChildProcess, WorkThatNeverEndsIsStopped) {
+  double cpu_seconds = 0.5;  // whole seconds are given
+  try {
+    in_child_process("it", cpu_seconds, []() -> TetMesh {
+      for (volatile int i = 0;; i = i + 1) {
+      }
+    });
+    FAIL();
+  } catch (const OutOfTime& error) {
+    EXPECT_STREQ(error.what(), "it was stopped after 1 CPU seconds");
+  }
+}
+
+TEST(Tetrahedralize, RefusesWhatTakesTooLong) {
+  TetrahedralizeOptions options = with(Mesher::kCgal, 200'000);
+  options.cpu_seconds = -2e-4 * options.target;  // nothing left: one second is given
+  try {
+    tetrahedralize(shapes::torus(0.25, 0.1, 154, 78), options);
+    FAIL();
+  } catch (const OutOfTime& error) {
+    EXPECT_NE(std::string(error.what()).find("raise tet.target, repair thin"), std::string::npos);
+  }
 }
 
 TEST(Tetrahedralize, OpenOrInsideOutSurfacesAreRefused) {
@@ -209,6 +235,20 @@ TEST(Quality, FindsPinchedEdgesNodesAndComponents) {
   EXPECT_EQ(pinched.inverted, 0);
   EXPECT_EQ(pinched.nonmanifold_edges, 0);
   EXPECT_EQ(pinched.nonmanifold_nodes, 1);
+}
+
+/// Thin arms and a thin bell: every target passes the gate, and the volume is the surface's.
+TEST(SlowTetrahedralize, BodiesPassTheGateAtAnyTarget) {
+  for (const char* name : {"sphere", "starfish", "torus", "jellyfish"}) {
+    const TriMesh surface =
+        read_surface(std::string(ARCHETIDE_SOURCE_DIR "/assets/bodies/") + name + ".obj").mesh;
+    for (const int target : {2000, 3000, 5000, 6000, 8000, 10000, 20000, 40000, 60000}) {
+      TetrahedralizeOptions options = with(Mesher::kCgal, target);
+      options.order = 2;
+      const TetrahedralizeResult body = tetrahedralize(surface, options);
+      EXPECT_LT(std::abs(body.quality.volume_error), 1e-4) << name << ' ' << target;
+    }
+  }
 }
 
 }  // namespace
