@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/input_error.h"
+#include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/air_extension.h"
@@ -46,7 +47,8 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
 // Contact between bodies, if the scene has any that may touch.
 std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
                                             const std::vector<ReducedBody>& bodies,
-                                            const std::vector<TriMesh>& obstacles) {
+                                            const std::vector<TriMesh>& obstacles,
+                                            const std::vector<Joint>& joints) {
   const bool alone = bodies.size() + obstacles.size() < 2;
   if (!o.body_contact || bodies.empty() || alone) return nullptr;
   const bool has_tank = o.grid.cells() > 0;
@@ -58,7 +60,9 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
     dx = INFINITY;  // no grid: an eighth of the smallest body
     for (const ReducedBody& b : bodies) dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
   }
-  BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal};
+  BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal, {}};
+  for (const Joint& joint : joints)
+    if (joint.b >= 0) c.apart.insert(std::minmax({joint.a, joint.b}));
   return std::make_unique<BodyContacts>(
       c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
 }
@@ -116,12 +120,14 @@ struct Simulation::Impl {
   std::vector<ReducedBody> waiting;  // to appear, in order
   std::vector<double> release;       // s, of those that wait
   std::vector<TriMesh> obstacles;
+  std::vector<Joint> joints;
   Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;           // per body, bounds its extent
   std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
   GroupContacts touching;                 // of the velocity stage
+  std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
   std::vector<Vec3> water_impulse, water_angular_impulse;
   FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
   Array3<unsigned char> solid_cells;
@@ -139,15 +145,16 @@ struct Simulation::Impl {
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
-       std::vector<TriMesh> obs, std::vector<double> appear)
+       std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied)
       : options(std::move(o)),
         fluid(std::move(initial)),
         waiting(std::move(b)),
         release(std::move(appear)),
         obstacles(std::move(obs)),
-        coupling(coupling_options(options), obstacles) {
+        joints(std::move(tied)),
+        coupling(coupling_options(options), obstacles, joints) {
     release.resize(waiting.size(), 0.0);
-    between = body_contacts(options, waiting, obstacles);
+    between = body_contacts(options, waiting, obstacles, joints);
     admit_bodies();
   }
 
@@ -166,8 +173,9 @@ struct Simulation::Impl {
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
-  void predict_positions(double dt, std::vector<Configuration>& middle);
-  void correct_positions(double dt, const std::vector<ReducedBody>& start);
+  bool keep_joints(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y);
+  bool predict_positions(double dt, std::vector<Configuration>& middle);
+  bool correct_positions(double dt, const std::vector<ReducedBody>& start);
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -201,6 +209,7 @@ void Simulation::Impl::admit_bodies() {
   for (std::size_t b = reach.size(); b < bodies.size(); ++b)
     reach.push_back(body_reach(*bodies[b].archetype));
   held.resize(bodies.size());
+  reaction.resize(bodies.size());
   water_impulse.resize(bodies.size(), Vec3::Zero());
   water_angular_impulse.resize(bodies.size(), Vec3::Zero());
 }
@@ -314,12 +323,20 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     extrapolate(push, mask);
     extrapolate(u_half, valid);
   }
+  std::vector<VecX> y;
+  std::vector<FreeMotion> motions;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    y.push_back(results[b].y);
+    motions.push_back(results[b].motion);
+    reaction[b] = results[b].joint_reaction;
+  }
+  if (!keep_joints(motions, dt, y)) return false;
   middle.clear();
   read_points.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     std::vector<Vec3> before, &mid = read_points[b];
     surface_points(bodies[b], before);
-    middle.push_back(advance_pose(bodies[b], results[b].motion, results[b].y, dt));
+    middle.push_back(advance_pose(bodies[b], motions[b], y[b], dt));
     held[b] = results[b].contacts;
     surface_points(bodies[b], mid);
     for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kBodyReadBack * (before[v] - mid[v]);
@@ -327,42 +344,67 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   return true;
 }
 
+// Velocities of the position update that leave no gap in a joint. What that takes belongs to the
+// joints' reaction.
+bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, double dt,
+                                   std::vector<VecX>& y) {
+  if (joints.empty()) return true;
+  constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
+  double size = INFINITY;
+  for (const Joint& joint : joints)
+    for (const int b : {joint.a, joint.b})
+      if (b >= 0) size = std::min(size, reach[b].rest);
+  const PreStabilised kept = pre_stabilise(joints, bodies, motions, dt, kClosed * size, y);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
+  return kept.drift <= kGood * size;
+}
+
 // Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
 // their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
 // u^n.
-void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
+bool Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
   if (has_water()) u_half = fluid.u;
+  std::vector<FreeMotion> motions;
+  for (const ReducedBody& body : bodies)
+    motions.push_back(free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
+                                  Stage::kPositionHalf, options.modal));
+  std::vector<VecX> y;
+  for (const FreeMotion& motion : motions) y.push_back(motion.y_star);
+  if (!keep_joints(motions, dt, y)) return false;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    ReducedBody& body = bodies[b];
-    const FreeMotion motion =
-        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
-                    Stage::kPositionHalf, options.modal);
-    middle.push_back(advance_pose(body, motion, motion.y_star, dt));
+    middle.push_back(advance_pose(bodies[b], motions[b], y[b], dt));
     held[b] = {};
   }
+  return true;
 }
 
 // Scheme::kSingle, after its solve: the step is taken again from x^n with the mean of old and new
 // velocity (trapezoid), or the new one (backward Euler), the rule that the velocities were solved
 // with.
-void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBody>& start) {
+bool Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBody>& start) {
   const bool mean = options.modal.step == ModalStep::kTrapezoid;
+  std::vector<ReducedBody> end = start;
+  std::swap(end, bodies);
+  std::vector<FreeMotion> motions(bodies.size());
+  std::vector<VecX> y;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    ReducedBody moved = start[b];
-    const ConfigurationTerms terms_n =
-        configuration_terms(moved, current_configuration(moved), options.modal.mass);
-    const ConfigurationTerms terms =
+    FreeMotion& motion = motions[b];
+    motion.terms =
         configuration_terms(bodies[b], current_configuration(bodies[b]), options.modal.mass);
-    VecX y = generalised_velocity(bodies[b], terms);
-    if (mean) y = 0.5 * (y + generalised_velocity(moved, terms_n));
-    FreeMotion motion;
-    motion.terms = terms_n;
-    motion.H = generalised_mass(moved, terms_n, dt, Stage::kVelocityFull, options.modal.step);
-    advance_pose(moved, motion, y, dt);
-    bodies[b].position = moved.position;
-    bodies[b].rotation = moved.rotation;
-    bodies[b].q = moved.q;
+    motion.H =
+        generalised_mass(bodies[b], motion.terms, dt, Stage::kVelocityFull, options.modal.step);
+    const ConfigurationTerms terms =
+        configuration_terms(end[b], current_configuration(end[b]), options.modal.mass);
+    y.push_back(generalised_velocity(end[b], terms));
+    if (mean) y[b] = 0.5 * (y[b] + generalised_velocity(bodies[b], motion.terms));
   }
+  if (!keep_joints(motions, dt, y)) return false;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    advance_pose(bodies[b], motions[b], y[b], dt);
+    bodies[b].P = end[b].P, bodies[b].L = end[b].L, bodies[b].q_dot = end[b].q_dot;
+  }
+  return true;
 }
 
 std::vector<double> Simulation::Impl::body_speeds() const {
@@ -428,7 +470,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   ScopedTimer timer(profile, "velocities");
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b]});
+    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b]});
   std::vector<StageResult> results;
   const bool single = has_water() && options.scheme == Scheme::kSingle;
   if (single) push = u_star;
@@ -470,11 +512,10 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   }
   const std::vector<ReducedBody> start = bodies;
   read_points.resize(bodies.size());
-  predict_positions(dt, middle);
+  if (!predict_positions(dt, middle)) return false;
   resolve_contact(dt, report);
   if (!advance_velocities(dt, middle, read_points, report)) return false;
-  correct_positions(dt, start);
-  return true;
+  return correct_positions(dt, start);
 }
 
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
@@ -494,14 +535,16 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     fastest = std::max(fastest, cfl_speed(fluid.u, &coupling.valid()));
   }
   r.max_speed = fastest;
+  r.joint_drift = joint_drift(joints, bodies);
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
                        std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
-                       std::vector<double> release)
+                       std::vector<double> release, std::vector<Joint> joints)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles), std::move(release))) {
+                                   std::move(obstacles), std::move(release),
+                                   std::move(joints))) {
   impl_->prepare();
 }
 Simulation::~Simulation() = default;

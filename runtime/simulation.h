@@ -57,15 +57,18 @@ struct StepReport {
   int contacts = 0;              // points that touch walls, obstacles or other bodies
   int contact_sweeps = 0;        // of the contact solver, both stages
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
+  double joint_drift = 0.0;      // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
 };
 
 class Simulation {
  public:
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
-  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start.
+  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints` of
+  /// bodies that are there from the start; jointed bodies do not collide with each other.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
-             std::vector<TriMesh> obstacles, std::vector<double> release = {});
+             std::vector<TriMesh> obstacles, std::vector<double> release = {},
+             std::vector<Joint> joints = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
