@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/check.h"
 #include "common/input_error.h"
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact/body_contacts.h"
@@ -173,9 +174,10 @@ struct Simulation::Impl {
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
-  bool keep_joints(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y);
-  bool predict_positions(double dt, std::vector<Configuration>& middle);
-  bool correct_positions(double dt, const std::vector<ReducedBody>& start);
+  bool keep_joints(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y,
+                   StepReport& report);
+  void predict_positions(double dt, std::vector<Configuration>& middle);
+  void correct_positions(double dt, const std::vector<ReducedBody>& start);
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -330,7 +332,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     motions.push_back(results[b].motion);
     reaction[b] = results[b].joint_reaction;
   }
-  if (!keep_joints(motions, dt, y)) return false;
+  if (!keep_joints(motions, dt, y, report)) return false;
   middle.clear();
   read_points.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -347,7 +349,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
 // Velocities of the position update that leave no gap in a joint. What that takes belongs to the
 // joints' reaction.
 bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, double dt,
-                                   std::vector<VecX>& y) {
+                                   std::vector<VecX>& y, StepReport& report) {
   if (joints.empty()) return true;
   constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
   double size = INFINITY;
@@ -357,54 +359,46 @@ bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, doubl
   const PreStabilised kept = pre_stabilise(joints, bodies, motions, dt, kClosed * size, y);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
+  report.joint_drift = kept.drift;
   return kept.drift <= kGood * size;
 }
 
 // Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
 // their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
 // u^n.
-bool Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
+void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
   if (has_water()) u_half = fluid.u;
-  std::vector<FreeMotion> motions;
-  for (const ReducedBody& body : bodies)
-    motions.push_back(free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
-                                  Stage::kPositionHalf, options.modal));
-  std::vector<VecX> y;
-  for (const FreeMotion& motion : motions) y.push_back(motion.y_star);
-  if (!keep_joints(motions, dt, y)) return false;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    middle.push_back(advance_pose(bodies[b], motions[b], y[b], dt));
+    ReducedBody& body = bodies[b];
+    const FreeMotion motion =
+        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
+                    Stage::kPositionHalf, options.modal);
+    middle.push_back(advance_pose(body, motion, motion.y_star, dt));
     held[b] = {};
   }
-  return true;
 }
 
 // Scheme::kSingle, after its solve: the step is taken again from x^n with the mean of old and new
 // velocity (trapezoid), or the new one (backward Euler), the rule that the velocities were solved
 // with.
-bool Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBody>& start) {
+void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBody>& start) {
   const bool mean = options.modal.step == ModalStep::kTrapezoid;
-  std::vector<ReducedBody> end = start;
-  std::swap(end, bodies);
-  std::vector<FreeMotion> motions(bodies.size());
-  std::vector<VecX> y;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    FreeMotion& motion = motions[b];
-    motion.terms =
-        configuration_terms(bodies[b], current_configuration(bodies[b]), options.modal.mass);
-    motion.H =
-        generalised_mass(bodies[b], motion.terms, dt, Stage::kVelocityFull, options.modal.step);
+    ReducedBody moved = start[b];
+    const ConfigurationTerms terms_n =
+        configuration_terms(moved, current_configuration(moved), options.modal.mass);
     const ConfigurationTerms terms =
-        configuration_terms(end[b], current_configuration(end[b]), options.modal.mass);
-    y.push_back(generalised_velocity(end[b], terms));
-    if (mean) y[b] = 0.5 * (y[b] + generalised_velocity(bodies[b], motion.terms));
+        configuration_terms(bodies[b], current_configuration(bodies[b]), options.modal.mass);
+    VecX y = generalised_velocity(bodies[b], terms);
+    if (mean) y = 0.5 * (y + generalised_velocity(moved, terms_n));
+    FreeMotion motion;
+    motion.terms = terms_n;
+    motion.H = generalised_mass(moved, terms_n, dt, Stage::kVelocityFull, options.modal.step);
+    advance_pose(moved, motion, y, dt);
+    bodies[b].position = moved.position;
+    bodies[b].rotation = moved.rotation;
+    bodies[b].q = moved.q;
   }
-  if (!keep_joints(motions, dt, y)) return false;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    advance_pose(bodies[b], motions[b], y[b], dt);
-    bodies[b].P = end[b].P, bodies[b].L = end[b].L, bodies[b].q_dot = end[b].q_dot;
-  }
-  return true;
 }
 
 std::vector<double> Simulation::Impl::body_speeds() const {
@@ -512,10 +506,11 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   }
   const std::vector<ReducedBody> start = bodies;
   read_points.resize(bodies.size());
-  if (!predict_positions(dt, middle)) return false;
+  predict_positions(dt, middle);
   resolve_contact(dt, report);
   if (!advance_velocities(dt, middle, read_points, report)) return false;
-  return correct_positions(dt, start);
+  correct_positions(dt, start);
+  return true;
 }
 
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
@@ -545,6 +540,8 @@ Simulation::Simulation(SimulationOptions options, FluidState initial,
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
                                    std::move(obstacles), std::move(release),
                                    std::move(joints))) {
+  // one solve a step lacks the half step that keeps joints closed: their energy grew (measured)
+  ARCHETIDE_CHECK(impl_->joints.empty() || impl_->options.scheme == Scheme::kNewmark);
   impl_->prepare();
 }
 Simulation::~Simulation() = default;
@@ -591,8 +588,9 @@ StepReport Simulation::step(double dt) {
     }
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
       throw NumericsError(
-          "the coupled solve did not converge at t = " + std::to_string(s.fluid.time) +
-          " s (dt = " + std::to_string(dt) + " s, residual " +
+          std::string(report.joint_drift > 0.0 ? "joints could not be closed"
+                                               : "the coupled solve did not converge") +
+          " at t = " + std::to_string(s.fluid.time) + " s (dt = " + std::to_string(dt) + " s, residual " +
           std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
     s.bodies = bodies;
     s.fluid.phi = phi;

@@ -65,7 +65,8 @@ class Simulation {
  public:
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
   /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints` of
-  /// bodies that are there from the start; jointed bodies do not collide with each other.
+  /// bodies that are there from the start; jointed bodies do not collide with each other, and the scheme
+  /// must be kNewmark.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
              std::vector<TriMesh> obstacles, std::vector<double> release = {},
              std::vector<Joint> joints = {});

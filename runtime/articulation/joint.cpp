@@ -54,17 +54,15 @@ AttachedPoint attach(const ReducedBody& body, const Vec3& rest) {
   return point;
 }
 
-// The point of `body` that is at a place in space: rest + phi(rest) q = R^T (place - t), a fixed
-// point that is there at once where the body is not deformed.
+// rest + phi(rest) q = R^T (place - t): modes from a few turns of the fixed point (none where the body
+// is not deformed), the rest place then exactly.
 AttachedPoint attach_at(const ReducedBody& body, const Vec3& place) {
-  constexpr int kMaxTurns = 100;
+  constexpr int kTurns = 5;
   const Vec3 here = body.rotation.conjugate() * (place - body.position);
   AttachedPoint point = attach(body, here);
-  for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const Vec3 missing = here - point.rest - point.modes * body.q;
-    if (missing.norm() <= 1e-15 * here.norm()) break;
-    point = attach(body, point.rest + missing);
-  }
+  for (int turn = 0; turn < kTurns && !body.q.isZero(0.0); ++turn)
+    point = attach(body, here - point.modes * body.q);
+  point.rest = here - point.modes * body.q;
   return point;
 }
 

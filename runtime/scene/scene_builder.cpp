@@ -72,6 +72,9 @@ void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& b
 }
 
 void add_joint(const JointSpec& spec, BuiltScene& built) {
+  if (built.options.scheme == Scheme::kSingle)
+    throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
+                       "use \"newmark\", two solves a step"}});
   built.joints.push_back(make_joint(built.bodies, spec.a, spec.b,
                                     joint_points(spec, *built.bodies[spec.a].archetype)));
   demand_close(spec, built.joints.back(), built);

@@ -138,6 +138,12 @@ Rest stay(Simulation& s, double settle, double seconds, double dt, double size) 
   Rest rest;
   while (s.time() < settle + seconds) {
     const StepReport r = s.step(std::min(dt, s.stable_dt()));
+    if (std::getenv("PROBE"))
+      std::printf("t %.2f its %d %d sweeps %d contacts %d kin %.2e wkin %.2e pos %.3e %.3e\n", r.t,
+                  r.position.iterations, r.velocity.iterations, r.contact_sweeps, r.contacts,
+                  r.body_kinetic / weight, r.water_kinetic / weight,
+                  (s.bodies()[0].position - start[0].position).norm() / size,
+                  (s.bodies().back().position - start.back().position).norm() / size);
     const double now = r.body_kinetic + r.body_elastic + r.potential;
     if (energy == INFINITY) energy = now;
     rest.growth = std::max(rest.growth, (now - energy) / weight);
@@ -215,6 +221,28 @@ void expect_calm(const Rest& rest) {
 TEST(SlowRestingBodies, BallAndSoftRingAreCalmUnderWater) {
   Simulation s = sunk_ball_and_ring();
   expect_calm(stay(s, 1.5, 1.0, 0.02, 0.2));
+}
+
+Simulation sunk(ReducedBody body) {
+  SimulationOptions o = dry_tank();
+  o.grid = {16, 16, 16, 1.0 / 16, Vec3::Zero()};
+  o.open_side[kZMax] = true;
+  o.friction = 0.4;
+  o.has_water = true;
+  o.reference_point = Vec3(0, 0, 0.7);
+  body.mass_scale = 2.0;
+  return Simulation(o, water_to(o.grid, 0.7), {body}, {box_surface(Vec3::Constant(0.02), 0)});
+}
+
+TEST(Probe, Sphere) {
+  Simulation s = sunk(ball_on_a_face(0.1, 0.45, 0.47));
+  const Rest r = stay(s, 0.1, 1.0, 0.02, 0.2);
+  std::printf("sphere drift %.2e growth %.2e kin %.2e\n", r.drift, r.growth, r.kinetic);
+}
+TEST(Probe, Ring) {
+  Simulation s = sunk(soft_ring(Vec3(0.48, 0.45, 0.052)));
+  const Rest r = stay(s, 1.0, 1.0, 0.02, 0.2);
+  std::printf("ring drift %.2e growth %.2e kin %.2e\n", r.drift, r.growth, r.kinetic);
 }
 
 Simulation stack_of_five() {
