@@ -359,8 +359,9 @@ bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, doubl
   const PreStabilised kept = pre_stabilise(joints, bodies, motions, dt, kClosed * size, y);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
-  report.joint_drift = kept.drift;
-  return kept.drift <= kGood * size;
+  const bool good = kept.drift <= kGood * size;
+  if (!good) report.joint_drift = kept.drift;
+  return good;
 }
 
 // Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
@@ -538,8 +539,7 @@ Simulation::Simulation(SimulationOptions options, FluidState initial,
                        std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
                        std::vector<double> release, std::vector<Joint> joints)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles), std::move(release),
-                                   std::move(joints))) {
+                                   std::move(obstacles), std::move(release), std::move(joints))) {
   // one solve a step lacks the half step that keeps joints closed: their energy grew (measured)
   ARCHETIDE_CHECK(impl_->joints.empty() || impl_->options.scheme == Scheme::kNewmark);
   impl_->prepare();
@@ -590,7 +590,8 @@ StepReport Simulation::step(double dt) {
       throw NumericsError(
           std::string(report.joint_drift > 0.0 ? "joints could not be closed"
                                                : "the coupled solve did not converge") +
-          " at t = " + std::to_string(s.fluid.time) + " s (dt = " + std::to_string(dt) + " s, residual " +
+          " at t = " + std::to_string(s.fluid.time) + " s (dt = " + std::to_string(dt) +
+          " s, residual " +
           std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
     s.bodies = bodies;
     s.fluid.phi = phi;

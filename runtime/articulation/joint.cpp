@@ -35,6 +35,11 @@ AttachedPoint attach(const ReducedBody& body, const Vec3& rest) {
   };
   std::partial_sort(order.begin(), order.begin() + static_cast<long>(n), order.end(), nearer);
 
+  if ((x[order[0]] - rest).norm() <= 1e-9 * (x[order[n - 1]] - rest).norm()) {
+    point.modes = a.surface_modes.block(3L * order[0], 0, 3, body.r);
+    return point;
+  }
+
   // weights W P^T (P W P^T)^+ e_1 with P = (1, (x - rest) / distance) and W = 1 / (d^2 + small)
   const double far = (x[order[n - 1]] - rest).norm(), small = 1e-12 * far * far;
   MatX P(4, static_cast<long>(n));
@@ -50,12 +55,13 @@ AttachedPoint attach(const ReducedBody& body, const Vec3& rest) {
   fit.compute(P * W.cwiseSqrt().asDiagonal());
   const VecX weights = W.cwiseSqrt().asDiagonal() * fit.solve(VecX(VecX::Unit(4, 0)));
   for (std::size_t k = 0; k < n; ++k)
-    point.modes += weights[static_cast<long>(k)] * a.surface_modes.block(3L * order[k], 0, 3, body.r);
+    point.modes +=
+        weights[static_cast<long>(k)] * a.surface_modes.block(3L * order[k], 0, 3, body.r);
   return point;
 }
 
-// rest + phi(rest) q = R^T (place - t): modes from a few turns of the fixed point (none where the body
-// is not deformed), the rest place then exactly.
+// rest + phi(rest) q = R^T (place - t): modes from a few turns of the fixed point (none where the
+// body is not deformed), the rest place then exactly.
 AttachedPoint attach_at(const ReducedBody& body, const Vec3& place) {
   constexpr int kTurns = 5;
   const Vec3 here = body.rotation.conjugate() * (place - body.position);
@@ -88,8 +94,7 @@ Joint make_joint(const std::vector<ReducedBody>& bodies, int a, int b,
 VecX joint_gap(const Joint& joint, const std::vector<ReducedBody>& bodies) {
   VecX gap(3 * static_cast<long>(joint.at_a.size()));
   for (std::size_t p = 0; p < joint.at_a.size(); ++p) {
-    const Vec3 other =
-        joint.b < 0 ? joint.at_world[p] : place_of(bodies[joint.b], joint.at_b[p]);
+    const Vec3 other = joint.b < 0 ? joint.at_world[p] : place_of(bodies[joint.b], joint.at_b[p]);
     gap.segment<3>(3 * static_cast<long>(p)) = place_of(bodies[joint.a], joint.at_a[p]) - other;
   }
   return gap;
@@ -99,8 +104,7 @@ double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBo
   double largest = 0.0;
   for (const Joint& joint : joints) {
     const VecX gap = joint_gap(joint, bodies);
-    for (long p = 0; p < gap.size(); p += 3)
-      largest = std::max(largest, gap.segment<3>(p).norm());
+    for (long p = 0; p < gap.size(); p += 3) largest = std::max(largest, gap.segment<3>(p).norm());
   }
   return largest;
 }

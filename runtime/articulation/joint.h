@@ -25,8 +25,8 @@ Vec3 place_of(const ReducedBody& body, const AttachedPoint& point);
 /// Points of two bodies, or of a body and the world, that stay together (Section 7): one point is a
 /// ball joint, two a hinge, three a weld.
 struct Joint {
-  int a = -1;                     // index of a body
-  int b = -1;                     // another one, or -1: the world
+  int a = -1;                             // index of a body
+  int b = -1;                             // another one, or -1: the world
   std::vector<AttachedPoint> at_a, at_b;  // one each per point; at_b empty for the world
   std::vector<Vec3> at_world;             // where the points are held, m; for the world
 };
@@ -40,8 +40,8 @@ VecX joint_gap(const Joint& joint, const std::vector<ReducedBody>& bodies);
 /// Largest distance of two points that should be one, m.
 double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies);
 
-/// Rows J_a y_a - J_b y_b = 0 of Eq. 47 at the bodies' present configuration, three a point. `terms`
-/// of every body that has a joint.
+/// Rows J_a y_a - J_b y_b = 0 of Eq. 47 at the bodies' present configuration, three a point.
+/// `terms` of every body that has a joint.
 RowBlock joint_rows(const Joint& joint, const std::vector<const ReducedBody*>& bodies,
                     const std::vector<const ConfigurationTerms*>& terms);
 

@@ -19,8 +19,8 @@ std::vector<ReducedBody> advanced(const std::vector<ReducedBody>& bodies,
 
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
-                            const std::vector<FreeMotion>& motions, double dt,
-                            double tolerance, std::vector<VecX>& y) {
+                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
+                            std::vector<VecX>& y) {
   constexpr int kMaxTurns = 60;
   PreStabilised out;
   std::vector<const ReducedBody*> at;

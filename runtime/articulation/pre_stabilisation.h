@@ -14,16 +14,16 @@ struct PreStabilised {
 };
 
 /// [WTF06]: impulses along the joints' rows at x^n that close the joints at the end of the position
-/// update, outside the coupled solve (Section 7). Together with the rows of the coupled solve they are
-/// the impulse of RATTLE [Andersen 1983]: they take part in the momenta of the step, which makes it
-/// second order and keeps angular momentum. `motions`: of the position stage, one per body; `y`: its
-/// velocities, in and out.
+/// update, outside the coupled solve (Section 7). Together with the rows of the coupled solve they
+/// are the impulse of RATTLE [Andersen 1983]: they take part in the momenta of the step, which
+/// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
+/// body; `y`: its velocities, in and out.
 ///
-/// Newton's method with a_33 at x^n for the derivative: lambda -= a_33^+ gap / dt, until the largest
-/// gap is below `tolerance` (m).
+/// Newton's method with a_33 at x^n for the derivative: lambda -= a_33^+ gap / dt, until the
+/// largest gap is below `tolerance` (m).
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
-                            const std::vector<FreeMotion>& motions, double dt,
-                            double tolerance, std::vector<VecX>& y);
+                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
+                            std::vector<VecX>& y);
 
 }  // namespace archetide

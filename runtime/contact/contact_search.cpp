@@ -146,8 +146,8 @@ std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& b
   });
   std::vector<const Candidate*> kept;
   for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
-  // A point that carried load in the last step stays: on a soft body those between the outermost take
-  // turns otherwise, and it never settles.
+  // A point that carried load in the last step stays: on a soft body those between the outermost
+  // take turns otherwise, and it never settles.
   for (const Candidate& c : all)
     if (c.carried && static_cast<int>(kept.size()) < kMaxContacts &&
         std::find(kept.begin(), kept.end(), &c) == kept.end())

@@ -16,7 +16,8 @@ struct ContactBody {
   const GeneralisedMass* H = nullptr;
 };
 
-/// Relative velocity and unit impulses of one contact and what they do: frame (normal, two tangents).
+/// Relative velocity and unit impulses of one contact and what they do: frame (normal, two
+/// tangents).
 struct ContactRows {
   int a = -1, b = -1;                 // b < 0: does not move
   Eigen::Matrix<double, 3, 3> frame;  // rows n, t1, t2, world

@@ -63,8 +63,7 @@ void CoupledOperator::setup_closed_regions() {
   if (rows_) {
     std::vector<MatX> held = free;
     rows_->constrain(held);
-    for (const int b : rows_->bodies())
-      G.noalias() += pushed[b].transpose() * (held[b] - free[b]);
+    for (const int b : rows_->bodies()) G.noalias() += pushed[b].transpose() * (held[b] - free[b]);
     G = 0.5 * (G + G.transpose()).eval();
   }
   // A direction whose stiffness is round-off of the bodies' total is null.

@@ -23,11 +23,12 @@ struct CoupledBody {
 /// The full operator of formulation sections 3 and 4 on pressure alone, scaled like PoissonMatrix:
 ///     A = A_water + sum over bodies  rho dx^3 Fhat H^-1 Fhat^T,   Fhat = F / dx^2.
 /// Symmetric positive (semi-)definite; rank 6 + r per body, never formed. Bodies that rows tie
-/// together answer as one: H^-1 is then their constrained inverse (Eq. 49 with lambda_a eliminated).
+/// together answer as one: H^-1 is then their constrained inverse (Eq. 49 with lambda_a
+/// eliminated).
 class CoupledOperator {
  public:
-  /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is used;
-  /// null: none.
+  /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is
+  /// used; null: none.
   void setup(const Grid& g, const PressureSystem& system, double density,
              const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows = nullptr);
 

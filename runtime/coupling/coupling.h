@@ -35,7 +35,7 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
-  VecX reaction = VecX();         // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -96,8 +96,7 @@ class Coupling {
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                              GroupContacts& contacts, MacField& u,
-                             std::vector<CoupledBody>& coupled,
-                             std::vector<StageResult>& results);
+                             std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;

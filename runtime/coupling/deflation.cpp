@@ -347,8 +347,7 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
     const Patch& p = patches_[n];
     gather(water, layout, p, r, scale, z);
     for (const auto& [c, flux] : p.flux)
-      weight_.segment(p.first, p.columns).noalias() -=
-          flux.transpose() * response[c];
+      weight_.segment(p.first, p.columns).noalias() -= flux.transpose() * response[c];
   }
   factor_.solveInPlace(weight_);
   for (const Patch& p : patches_) scatter(layout, p, z);  // patches overlap

@@ -25,8 +25,8 @@ void add(const SolveReport& r, SolveReport& total) {
 }  // namespace
 
 // The coupled solve with bodies that touch each other or are jointed. Joints are rows of the solve;
-// so are the contacts that press and stick: which ones do is found by the contact solver, asked again
-// with the water's impulses until its answer is that of the solve.
+// so are the contacts that press and stick: which ones do is found by the contact solver, asked
+// again with the water's impulses until its answer is that of the solve.
 SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                                      GroupContacts& contacts, MacField& u,
                                      std::vector<CoupledBody>& coupled,

@@ -6,9 +6,9 @@
 
 namespace archetide {
 
-/// Joints and contacts of one stage. The contact solver tells which contacts press and which of them
-/// stick; those are held as rows of the coupled solve together with the joints. What slides is given
-/// its friction as an impulse.
+/// Joints and contacts of one stage. The contact solver tells which contacts press and which of
+/// them stick; those are held as rows of the coupled solve together with the joints. What slides is
+/// given its friction as an impulse.
 class StageRows {
  public:
   /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
@@ -28,7 +28,8 @@ class StageRows {
   void start_from_last_step(const GroupContacts& contacts, double h);
   /// Impulses of the contacts, joints kept, on bodies that move with y_free without any of them.
   void resolve(const std::vector<VecX>& y_free);
-  /// Takes joints and, under water, what presses as rows; without water contacts are resolved already.
+  /// Takes joints and, under water, what presses as rows; without water contacts are resolved
+  /// already.
   void hold(bool wet);
   const ConstrainedInverse* held() const { return &held_; }
 
@@ -52,7 +53,8 @@ class StageRows {
   ConstrainedInverse joints_, held_;
   std::vector<Vec3> lambda_;
   std::vector<VecX> resolved_;  // y that the contact solver has found
-  std::vector<VecX> given_;     // per body, generalised impulse of contacts that are not rows; or empty
+  std::vector<VecX>
+      given_;  // per body, generalised impulse of contacts that are not rows; or empty
   int sweeps_ = 0;
 };
 

@@ -140,8 +140,7 @@ StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& ba
 }
 
 // The [[body]] of this name, or -1 and a complaint.
-int body_named(const Section& s, const std::string& name, const SceneSpec& scene,
-               Complaints& bad) {
+int body_named(const Section& s, const std::string& name, const SceneSpec& scene, Complaints& bad) {
   int found = -1;
   std::vector<std::string> names;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

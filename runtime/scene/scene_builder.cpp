@@ -32,9 +32,9 @@ std::vector<Vec3> joint_points(const JointSpec& spec, const Archetype& a) {
     const auto frame = std::find_if(a.joint_frames.begin(), a.joint_frames.end(),
                                     [&](const JointFrame& f) { return f.name == spec.frame; });
     if (frame == a.joint_frames.end())
-      throw InputError({{spec.frame_where,
-                         "archetype " + a.name + " has no joint frame \"" + spec.frame + "\"",
-                         "name one in its body file ([[joint_frame]]) and build it again"}});
+      throw InputError(
+          {{spec.frame_where, "archetype " + a.name + " has no joint frame \"" + spec.frame + "\"",
+            "name one in its body file ([[joint_frame]]) and build it again"}});
     const double lever = kLever * bounding_radius(a);
     points.push_back(frame->point);
     if (spec.frame_points >= 2) points.emplace_back(frame->point + lever * frame->axes.col(2));
@@ -60,12 +60,12 @@ void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& b
     const double reach = 1.5 * bounding_radius(*body.archetype);
     for (const AttachedPoint& p : points)
       if (p.rest.norm() > reach)
-        throw InputError({{spec.where,
-                           "a point of the joint is " + std::to_string(p.rest.norm()) +
-                               " m from the centre of " + built.body_names[b] +
-                               ", a soft body that reaches " +
-                               std::to_string(bounding_radius(*body.archetype)) + " m",
-                           "move the body or the point, or make the body rigid (modes = 0)"}});
+        throw InputError(
+            {{spec.where,
+              "a point of the joint is " + std::to_string(p.rest.norm()) +
+                  " m from the centre of " + built.body_names[b] + ", a soft body that reaches " +
+                  std::to_string(bounding_radius(*body.archetype)) + " m",
+              "move the body or the point, or make the body rigid (modes = 0)"}});
   };
   demand(joint.a, joint.at_a);
   if (joint.b >= 0) demand(joint.b, joint.at_b);
@@ -149,11 +149,11 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
 
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
   if (!archetype->clamped.empty())
-    throw InputError({{spec.where,
-                       "archetype " + spec.archetype + " was computed clamped at \"" +
-                           archetype->clamped + "\": its modes are those of a held body, and bodies " +
-                           "in a scene move freely",
-                       "remove clamped from its body file and build it again"}});
+    throw InputError(
+        {{spec.where,
+          "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
+              "\": its modes are those of a held body, and bodies " + "in a scene move freely",
+          "remove clamped from its body file and build it again"}});
   const int stored = archetype->r();
   if (spec.modes.value_or(0) > stored) {
     throw InputError({{spec.modes_where,
@@ -210,8 +210,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
 
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
-                    std::move(built.obstacles), std::move(built.release),
-                    std::move(built.joints));
+                    std::move(built.obstacles), std::move(built.release), std::move(built.joints));
 }
 
 }  // namespace archetide

@@ -327,35 +327,36 @@ Keys surroundings_keys() {
 }
 
 Keys joint_keys() {
-  return {{.path = "joint[]",
-           .type = kTables,
-           .fallback = "absent",
-           .meaning = "points of two bodies, or of a body and the world, that stay together: the union "
-                      "of what is given (one: ball joint, two: hinge, three: weld); jointed bodies "
-                      "do not collide with each other"},
-          {.path = "joint[].bodies",
-           .type = kStrings,
-           .fallback = "required",
-           .meaning = "names of two bodies, or of one and \"world\""},
-          {.path = "joint[].points",
-           .type = kPoints,
-           .unit = "m",
-           .fallback = "absent",
-           .meaning = "in the rest frame of the first body, whose origin is the centre of mass"},
-          {.path = "joint[].frame",
-           .type = kString,
-           .fallback = "absent",
-           .meaning = "joint frame of the first body's archetype"},
-          {.path = "joint[].type",
-           .type = kString,
-           .fallback = "\"ball\"",
-           .choices = {"ball", "hinge", "weld"},
-           .meaning = "of the frame: its point; another one along its z axis, at a tenth of the body's "
-                      "bounding radius; a third one along its x axis"},
-          {.path = "joint[].point_set",
-           .type = kString,
-           .fallback = "absent",
-           .meaning = "named points of the first body's archetype"}};
+  return {
+      {.path = "joint[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "points of two bodies, or of a body and the world, that stay together: the union "
+                  "of what is given (one: ball joint, two: hinge, three: weld); jointed bodies "
+                  "do not collide with each other"},
+      {.path = "joint[].bodies",
+       .type = kStrings,
+       .fallback = "required",
+       .meaning = "names of two bodies, or of one and \"world\""},
+      {.path = "joint[].points",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "in the rest frame of the first body, whose origin is the centre of mass"},
+      {.path = "joint[].frame",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "joint frame of the first body's archetype"},
+      {.path = "joint[].type",
+       .type = kString,
+       .fallback = "\"ball\"",
+       .choices = {"ball", "hinge", "weld"},
+       .meaning = "of the frame: its point; another one along its z axis, at a tenth of the body's "
+                  "bounding radius; a third one along its x axis"},
+      {.path = "joint[].point_set",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "named points of the first body's archetype"}};
 }
 
 Keys result_keys() {

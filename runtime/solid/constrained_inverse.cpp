@@ -64,8 +64,7 @@ void ConstrainedInverse::reduce(Pair& pair) const {
   MatX gram = A * inverse_a * A.transpose();
   if (pair.b >= 0) gram += B * *inverse_mass_[pair.b] * B.transpose();
   VecX scale = gram.diagonal(), size = A.rowwise().squaredNorm() * inverse_a.cwiseAbs().maxCoeff();
-  if (pair.b >= 0)
-    size += B.rowwise().squaredNorm() * inverse_mass_[pair.b]->cwiseAbs().maxCoeff();
+  if (pair.b >= 0) size += B.rowwise().squaredNorm() * inverse_mass_[pair.b]->cwiseAbs().maxCoeff();
   constexpr double kNothing = 1e-13;  // a row that no body answers to
   for (Eigen::Index k = 0; k < m; ++k)
     scale[k] = scale[k] > kNothing * size[k] ? 1.0 / std::sqrt(scale[k]) : 0.0;

@@ -19,8 +19,8 @@ struct RowBlock {
 
 /// The inverse mass of bodies that rows C y = target tie to each other (formulation section 5):
 ///     H^-1 - H^-1 C^T (C H^-1 C^T)^+ C H^-1,
-/// the (1,1) block of the inverse of [[H, C^T], [C, 0]]; C H^-1 C^T is a_33 of Eq. 49. Never formed:
-/// it is H^-1 body by body and then `constrain`, O(rows) for trees of bodies.
+/// the (1,1) block of the inverse of [[H, C^T], [C, 0]]; C H^-1 C^T is a_33 of Eq. 49. Never
+/// formed: it is H^-1 body by body and then `constrain`, O(rows) for trees of bodies.
 ///
 /// Redundant rows are ordinary. Rows of a pair of bodies are scaled to unit diagonal of a_33 and
 /// reduced to the eigenvectors whose eigenvalues exceed kRankCut of the largest; dependence that
@@ -47,7 +47,8 @@ class ConstrainedInverse {
   /// lambda = (C H^-1 C^T)^+ (target - C y), a vector per block, N s: y + H^-1 C^T lambda keeps the
   /// rows.
   std::vector<VecX> multipliers(const std::vector<VecX>& y) const;
-  /// lambda = (C H^-1 C^T)^+ speed: the multipliers that change C y by `speed` (a vector per block).
+  /// lambda = (C H^-1 C^T)^+ speed: the multipliers that change C y by `speed` (a vector per
+  /// block).
   std::vector<VecX> solve(const std::vector<VecX>& speed) const;
   /// C^T lambda of every body, 6 + r; of those without rows empty.
   std::vector<VecX> impulses(const std::vector<VecX>& lambda) const;

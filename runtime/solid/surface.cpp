@@ -35,8 +35,7 @@ MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, cons
   J.leftCols<3>().setIdentity();
   J.middleCols<3>(3) = -arm_cross;
   // B_i = R φ_i − (I⁻¹ D_i) × x
-  J.rightCols(body.r) =
-      body.rotation.toRotationMatrix() * phi + arm_cross * terms.spin_of_modes;
+  J.rightCols(body.r) = body.rotation.toRotationMatrix() * phi + arm_cross * terms.spin_of_modes;
   return J;
 }
 

@@ -22,7 +22,8 @@ std::shared_ptr<const Archetype> rod() {
   return shape;
 }
 
-/// Rods hanging from each other and from the origin, turned by the angles about y (from the vertical).
+/// Rods hanging from each other and from the origin, turned by the angles about y (from the
+/// vertical).
 struct Chain {
   std::vector<ReducedBody> bodies;
   std::vector<Joint> joints;
@@ -54,8 +55,8 @@ Simulation dry(const Chain& chain) {
   return Simulation(o, FluidState(), chain.bodies, {}, {}, chain.joints);
 }
 
-/// Angles of a plane chain of equal rods, by Lagrange's equations and the classical Runge-Kutta method
-/// (step 2e-4 s). Independent of the program.
+/// Angles of a plane chain of equal rods, by Lagrange's equations and the classical Runge-Kutta
+/// method (step 2e-4 s). Independent of the program.
 VecX reference_angles(const std::vector<double>& start, double seconds, double last_mass = 1.0) {
   const auto n = static_cast<long>(start.size());
   const double m = 1000.0 * kWidth * kWidth * kLength;
@@ -127,8 +128,8 @@ Outcome run_against_reference(const std::vector<double>& angles, double seconds,
   }
   const VecX exact = reference_angles(angles, seconds);
   for (long k = 0; k < exact.size(); ++k)
-    run.error = std::max(run.error,
-                         (s.bodies()[k].position - centre_of(exact, k)).norm() / kLength);
+    run.error =
+        std::max(run.error, (s.bodies()[k].position - centre_of(exact, k)).norm() / kLength);
   return run;
 }
 
@@ -148,7 +149,6 @@ TEST(JointedRods, FollowTheReferenceWithSecondOrder) {
     EXPECT_GE(order, 1.8);
   }
 }
-
 
 // Rows of tests/analytic/reference/pendulum_period.csv: T / T0 of a pendulum, elliptic integrals.
 TEST(JointedRods, APendulumKeepsItsPeriodAtLargeAmplitude) {
@@ -183,8 +183,9 @@ TEST(JointedRods, JointsStayClosedForTenSeconds) {
     if (n == 0) first = r.body_kinetic + r.potential;
     most = std::max(most, std::abs(r.body_kinetic + r.potential - first));
   }
-  std::printf("three rods: gap %.1e of the length in 10 s, energy off by at most %.1e J of %.1e J\n",
-              drift, most, -first);
+  std::printf(
+      "three rods: gap %.1e of the length in 10 s, energy off by at most %.1e J of %.1e J\n", drift,
+      most, -first);
   EXPECT_LE(drift, 1e-11);  // 1e-6 is asked for
   EXPECT_LE(most, 0.02 * std::abs(first));
 }
@@ -206,8 +207,8 @@ TEST(JointedRods, RedundantRowsMoveLikeTheirMinimalSet) {
   for (int n = 0; n < 200; ++n) {
     a.step(0.005), b.step(0.005);
     for (int k = 0; k < 3; ++k)
-      difference = std::max(
-          difference, (a.bodies()[k].position - b.bodies()[k].position).norm() / kLength);
+      difference =
+          std::max(difference, (a.bodies()[k].position - b.bodies()[k].position).norm() / kLength);
   }
   std::printf("redundant and minimal: %.1e of the length after 1 s\n", difference);
   EXPECT_LE(difference, 1e-8);
@@ -217,8 +218,7 @@ TEST(JointedRods, RedundantRowsMoveLikeTheirMinimalSet) {
 TEST(JointedRods, AClosedLoopSwings) {
   // four rods in a square, hung up at one corner: the fourth ball joint closes the loop
   Chain chain = hanging_chain({0.3, 0.3 + 1.57, 0.3 + 3.14, 0.3 + 4.71});
-  chain.joints.push_back(
-      make_joint(chain.bodies, 3, -1, {Vec3(0, 0, -0.5 * kLength)}));
+  chain.joints.push_back(make_joint(chain.bodies, 3, -1, {Vec3(0, 0, -0.5 * kLength)}));
   double start = 0.0, before = 0.0;
   for (const ReducedBody& b : chain.bodies)
     start += b.archetype->integrals.mass * kGravity * b.position.z();
@@ -260,8 +260,9 @@ TEST(JointedRods, AHundredLinksWithAThousandfoldEndHoldTogether) {
   double error = 0.0;
   for (long k = 0; k < 100; ++k)
     error = std::max(error, (s.bodies()[k].position - centre_of(exact, k)).norm() / kLength);
-  std::printf("100 links, end 1:1000: gap %.1e, off the reference by %.1e of a link, energy %+.1e\n",
-              drift, error, (r.body_kinetic + r.potential - start) / r.body_kinetic);
+  std::printf(
+      "100 links, end 1:1000: gap %.1e, off the reference by %.1e of a link, energy %+.1e\n", drift,
+      error, (r.body_kinetic + r.potential - start) / r.body_kinetic);
   EXPECT_LE(drift, 1e-8);
   EXPECT_LE(error, 0.05);
 }
@@ -270,8 +271,8 @@ TEST(JointedSoftBodies, KeepMomentumInVacuum) {
   SyntheticOptions options;
   options.r = 6;
   options.first_omega = 30.0;
-  const SyntheticBody shape = deformable_archetype(box_tets(Vec3(0.4, 0.1, 0.1), Vec3i(4, 1, 1)),
-                                                   options);
+  const SyntheticBody shape =
+      deformable_archetype(box_tets(Vec3(0.4, 0.1, 0.1), Vec3i(4, 1, 1)), options);
   std::vector<ReducedBody> bodies;
   for (int k = 0; k < 3; ++k) {
     bodies.push_back(make_body(shape.archetype, 6));

@@ -51,18 +51,17 @@ TEST(JointRows, AreTheRateOfTheGap) {
   std::vector<ConfigurationTerms> terms;
   for (const ReducedBody& b : bodies)
     terms.push_back(configuration_terms(b, current_configuration(b), ModalMass::kExact));
-  const RowBlock rows =
-      joint_rows(joint, {&bodies[0], &bodies[1]}, {&terms[0], &terms[1]});
+  const RowBlock rows = joint_rows(joint, {&bodies[0], &bodies[1]}, {&terms[0], &terms[1]});
   const VecX rate = rows.A * generalised_velocity(bodies[0], terms[0]) +
                     rows.B * generalised_velocity(bodies[1], terms[1]);
   // a central difference of free motion, error dt^2
   const double dt = 1e-5;
   std::vector<ReducedBody> ahead = bodies, back = bodies;
   for (int b = 0; b < 2; ++b) {
-    const FreeMotion free = {terms[b],
-                             generalised_mass(bodies[b], terms[b], 0.0, Stage::kPositionHalf,
-                                              ModalStep::kTrapezoid),
-                             generalised_velocity(bodies[b], terms[b])};
+    const FreeMotion free = {
+        terms[b],
+        generalised_mass(bodies[b], terms[b], 0.0, Stage::kPositionHalf, ModalStep::kTrapezoid),
+        generalised_velocity(bodies[b], terms[b])};
     advance_pose(ahead[b], free, free.y_star, dt);
     advance_pose(back[b], free, free.y_star, -dt);
   }

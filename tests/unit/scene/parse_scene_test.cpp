@@ -235,7 +235,9 @@ TEST(ParseScene, JointsNameBodiesAndHavePoints) {
   const SceneSpec s = parse(two + "[[joint]]\nbodies = [\"arm\", \"a\"]\npoints = [[0, 0, 0]]\n");
   EXPECT_EQ(s.joints.at(0).a, 1);
   EXPECT_EQ(s.joints.at(0).b, 0);
-  const auto wrong = [&](const std::string& joint) { return complaint(two + "[[joint]]\n" + joint); };
+  const auto wrong = [&](const std::string& joint) {
+    return complaint(two + "[[joint]]\n" + joint);
+  };
   expect_contains(wrong("bodies = [\"arn\", \"a\"]\npoints = [[0, 0, 0]]\n"),
                   "joint[0].bodies: there is no [[body]] called \"arn\"");
   expect_contains(wrong("bodies = [\"arn\", \"a\"]\npoints = [[0, 0, 0]]\n"),

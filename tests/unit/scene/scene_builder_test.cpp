@@ -72,10 +72,11 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                   "archetype jointed has no joint frame \"hep\"");
   expect_contains(message_of<InputError>([&] { build(bodies + head + "point_set = \"t\"\n"); }),
                   "archetype jointed has no point set \"t\"");
-  expect_contains(message_of<InputError>([&] {
-                    build("[step]\nscheme = \"single\"\n" + bodies + head + "points = [[0, 0, 0]]\n");
-                  }),
-                  "joints are not possible with step.scheme = \"single\"");
+  expect_contains(
+      message_of<InputError>([&] {
+        build("[step]\nscheme = \"single\"\n" + bodies + head + "points = [[0, 0, 0]]\n");
+      }),
+      "joints are not possible with step.scheme = \"single\"");
   const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [9, 0, 0]\n";
   expect_contains(message_of<InputError>([&] {
                     build("[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n" +

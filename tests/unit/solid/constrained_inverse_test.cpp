@@ -76,7 +76,8 @@ struct Group {
   }
   VecX join(const std::vector<VecX>& parts) const {
     VecX y(size());
-    for (int b = 0; b < static_cast<int>(parts.size()); ++b) y.segment(first(b), dofs(b)) = parts[b];
+    for (int b = 0; b < static_cast<int>(parts.size()); ++b)
+      y.segment(first(b), dofs(b)) = parts[b];
     return y;
   }
 };
@@ -141,7 +142,8 @@ TEST(ConstrainedInverse, MultipliersKeepTheRowsAndAreEqualAndOpposite) {
   }
   EXPECT_LE((g.dense_rows() * moved - target).norm(), 1e-12 * target.norm());
   VecX all(0);
-  for (const VecX& l : lambda) all.conservativeResize(all.size() + l.size()), all.tail(l.size()) = l;
+  for (const VecX& l : lambda)
+    all.conservativeResize(all.size() + l.size()), all.tail(l.size()) = l;
   EXPECT_LE((g.join(f) - g.dense_rows().transpose() * all).norm(), 1e-12 * all.norm());
 }
 
