@@ -427,8 +427,9 @@ void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
   }
   if (!has_tank() || !options.wall_contact) return;
   ScopedTimer timer(profile, "contact");
-  const WallContactOptions walls = wall_options(options, dt);
+  WallContactOptions walls = wall_options(options, dt);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    walls.push_out = reaction[b].size() == 0;  // no joints
     if (held[b].points.empty() && away_from_walls(bodies[b], reach[b], walls)) continue;
     WallContactResult contact = resolve_wall_contacts(bodies[b], walls, held[b].points);
     report.contacts += contact.contacts;

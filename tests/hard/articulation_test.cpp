@@ -91,6 +91,59 @@ TEST(SlowJointsInWater, StayClosedAndCostFewIterations) {
   expect_few_iterations({0.05, 0.3, 1.0}, {1, 2, 3}, 1.0);
 }
 
+/// A chain of three dropped onto the floor, and left there.
+void expect_to_lie(bool water, bool between, double seconds) {
+  Train t = train(1, 2.0);
+  for (ReducedBody& body : t.bodies) body.position.z() -= 0.33;
+  SimulationOptions o;
+  o.grid = {16, 16, 12, 1.0 / 16, Vec3::Zero()};
+  o.has_water = water;
+  o.open_side[kZMax] = true;
+  o.reference_point = Vec3(0, 0, 0.55);
+  o.tolerance = 1e-6;
+  o.body_contact = between;
+  o.friction = 0.3;
+  o.max_dt = 0.01;
+  Simulation s(o, water ? water_to(o.grid, 0.55) : FluidState(), t.bodies, {}, {}, t.joints);
+  double drift = 0.0, lowest = 1.0, start = NAN, most = -INFINITY;
+  StepReport r;
+  while (s.time() < seconds) {
+    r = s.step(std::min(0.01, s.stable_dt()));
+    drift = std::max(drift, r.joint_drift / kLength);
+    const double energy = r.body_kinetic + r.body_elastic + r.potential;
+    if (std::isnan(start)) start = energy;
+    most = std::max(most, energy - start);
+    std::vector<Vec3> points;
+    for (const ReducedBody& b : s.bodies()) {
+      surface_points(b, points);
+      for (const Vec3& x : points) lowest = std::min(lowest, x.z());
+    }
+  }
+  double speed = 0.0;
+  for (const ReducedBody& b : s.bodies())
+    speed = std::max(speed, b.P.norm() / (b.mass_scale * b.archetype->integrals.mass));
+  std::printf(
+      "%s, %s: gap %.1e, lowest point %.1e m, speed at the end %.1e m/s, energy at most %+.1e "
+      "J, %d contacts\n",
+      water ? "wet" : "dry", between ? "bodies meet" : "walls only", drift, lowest, speed, most,
+      r.contacts);
+  EXPECT_LE(drift, 1e-7);
+  // cells; where bodies meet the joints have the last word in the position update
+  EXPECT_GE(lowest, -0.1 / 16);
+  if (!water) {
+    EXPECT_LE(most, 1e-6);
+  }
+  EXPECT_LE(speed, 0.5);
+  EXPECT_GE(r.contacts, 1);
+}
+
+TEST(JointedChain, LiesDownOnTheFloor) {
+  for (const bool between : {false, true}) {
+    expect_to_lie(false, between, 1.0);
+    expect_to_lie(true, between, 0.4);
+  }
+}
+
 TEST(SlowJointsInWater, StayClosedForTenSeconds) {
   for (const int points : {1, 3}) {
     const Swim held = swim(in_water(train(points, 0.5)), 10.0);
