@@ -22,9 +22,10 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
   return phi;
 }
 
-MatX response(const GeneralisedMass& H, const MatX& J) {
+MatX response(const ContactBody& b, const MatX& J) {
+  if (b.inverse_mass) return *b.inverse_mass * J.transpose();
   MatX W(J.cols(), 3);
-  for (int axis = 0; axis < 3; ++axis) W.col(axis) = H.solve(J.row(axis).transpose());
+  for (int axis = 0; axis < 3; ++axis) W.col(axis) = b.H->solve(J.row(axis).transpose());
   return W;
 }
 
@@ -39,14 +40,14 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
   const ContactBody& a = bodies[c.a];
   const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
   rows.J_a = rows.frame * place_jacobian(a, c.point, phi_a);
-  rows.W_a = response(*a.H, rows.J_a);
+  rows.W_a = response(a, rows.J_a);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
     const ContactBody& b = bodies[c.b];
     const MatX phi_b = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
                                      : MatX::Zero(3, b.body->r);
     rows.J_b = -rows.frame * place_jacobian(b, c.point, phi_b);
-    rows.W_b = response(*b.H, rows.J_b);
+    rows.W_b = response(b, rows.J_b);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -67,7 +68,7 @@ void ContactSystem::add(int a, const ContactPoint& point, const std::vector<Cont
   rows.a = a;
   rows.frame = contact_frame(point.normal);
   rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
-  rows.W_a = response(*bodies[a].H, rows.J_a);
+  rows.W_a = response(bodies[a], rows.J_a);
   rows.D = rows.J_a * rows.W_a;
   rows.rho = tangent_compliance(rows.D);
   rows_.push_back(std::move(rows));

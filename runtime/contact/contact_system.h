@@ -14,6 +14,7 @@ struct ContactBody {
   const ContactShape* shape = nullptr;
   const ConfigurationTerms* terms = nullptr;  // at the configuration of the contacts
   const GeneralisedMass* H = nullptr;
+  const MatX* inverse_mass = nullptr;  // with water carried along; null: H alone
 };
 
 /// Relative velocity and unit impulses of one contact and what they do: frame (normal, two

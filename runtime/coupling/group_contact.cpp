@@ -33,7 +33,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                      std::vector<StageResult>& results) {
   const Clock::time_point start = Clock::now();
   const double h = stage == Stage::kPositionHalf ? 0.5 * dt : dt;
-  StageRows rows(options_, dt, joints_, bodies, contacts, coupled, results);
+  StageRows rows(options_, dt, joints_, bodies, contacts, coupled, results, wet());
   std::vector<VecX> y_free(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) y_free[b] = coupled[b].y_star;
   rows.start_from_last_step(contacts, h);

@@ -8,11 +8,12 @@ namespace {
 std::vector<ContactBody> contact_bodies(const std::vector<StageBody>& bodies,
                                         const std::vector<ConfigurationTerms>& terms,
                                         const GroupContacts& contacts,
-                                        const std::vector<StageResult>& results) {
+                                        const std::vector<StageResult>& results,
+                                        const std::vector<CoupledBody>* wet) {
   std::vector<ContactBody> out(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     out[b] = {bodies[b].body, contacts.shapes.empty() ? nullptr : contacts.shapes[b], &terms[b],
-              &results[b].motion.H};
+              &results[b].motion.H, wet ? &(*wet)[b].inverse_mass : nullptr};
   return out;
 }
 
@@ -37,9 +38,10 @@ void add(std::vector<VecX>& sum, std::size_t b, const VecX& f) {
 StageRows::StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
                      const std::vector<StageBody>& bodies, const GroupContacts& contacts,
                      const std::vector<CoupledBody>& coupled,
-                     const std::vector<StageResult>& results)
+                     const std::vector<StageResult>& results, bool wet)
     : terms_(present_terms(bodies, options.modal.mass)),
-      system_(contacts.contacts, contact_bodies(bodies, terms_, contacts, results)),
+      system_(contacts.contacts,
+              contact_bodies(bodies, terms_, contacts, results, wet ? &coupled : nullptr)),
       target_(contacts.target),
       solve_(contacts.solve),
       given_(bodies.size()) {
@@ -51,7 +53,8 @@ StageRows::StageRows(const CouplingOptions& options, double dt, const std::vecto
     inverse_mass_.push_back(&coupled[b].inverse_mass);
   }
   if (contacts.shapes.empty()) {
-    const std::vector<ContactBody> masses = contact_bodies(bodies, terms_, contacts, results);
+    const std::vector<ContactBody> masses =
+        contact_bodies(bodies, terms_, contacts, results, wet ? &coupled : nullptr);
     solve_.friction = options.walls.friction;
     constexpr double kStill = 1e-6;  // of what gravity adds in a step
     solve_.still = kStill * options.hydrostatics.gravity.norm() * dt;

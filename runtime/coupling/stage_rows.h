@@ -12,10 +12,12 @@ namespace archetide {
 class StageRows {
  public:
   /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
-  /// `coupled`: its inverse masses must stay where they are.
+  /// `coupled`: its inverse masses must stay where they are; under water they
+  /// count the water that bodies carry along.
   StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
             const std::vector<StageBody>& bodies, const GroupContacts& contacts,
-            const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results);
+            const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,
+            bool wet);
   StageRows(const StageRows&) = delete;
   StageRows& operator=(const StageRows&) = delete;
 
