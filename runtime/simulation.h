@@ -36,7 +36,7 @@ struct SimulationOptions {
   double max_dt = 1.0 / 24.0;  // s
   OnFail on_fail = OnFail::kHalveStep;
 
-  bool wall_contact = true;  // surface points against the tank's closed sides
+  bool wall_contact = true;   // surface points against the tank's closed sides
   bool body_contact = false;  // bodies against each other and against obstacles
   double restitution = 0.0, friction = 0.0;
 };
@@ -53,19 +53,23 @@ struct StepReport {
   Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
-  double max_speed = 0.0;        // m/s, water and bodies
-  int contacts = 0;              // points that touch walls, obstacles or other bodies
-  int contact_sweeps = 0;        // of the contact solver, both stages
+  double max_speed = 0.0;  // m/s, water and bodies
+  int contacts = 0;        // points that touch walls, obstacles or other bodies
+  int contact_sweeps = 0;  // of the contact solver, both stages
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
+  double joint_drift = 0.0;                              // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
 };
 
 class Simulation {
  public:
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
-  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start.
+  /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints`
+  /// of bodies that are there from the start; jointed bodies do not collide with each other, and
+  /// the scheme must be kNewmark.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
-             std::vector<TriMesh> obstacles, std::vector<double> release = {});
+             std::vector<TriMesh> obstacles, std::vector<double> release = {},
+             std::vector<Joint> joints = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 

@@ -97,7 +97,7 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   std::vector<double> margin;
   for (const double v : speed)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
-  return find_contacts(bodies, shapes_, surroundings_, margin, before);
+  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.apart);
 }
 
 double BodyContacts::resting_speed(double dt) const {

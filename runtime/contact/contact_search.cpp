@@ -146,8 +146,8 @@ std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& b
   });
   std::vector<const Candidate*> kept;
   for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
-  // A point that carried load in the last step stays: on a soft body those between the outermost take
-  // turns otherwise, and it never settles.
+  // A point that carried load in the last step stays: on a soft body those between the outermost
+  // take turns otherwise, and it never settles.
   for (const Candidate& c : all)
     if (c.carried && static_cast<int>(kept.size()) < kMaxContacts &&
         std::find(kept.begin(), kept.end(), &c) == kept.end())
@@ -255,12 +255,14 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
-                                       const ContactForces& before) {
+                                       const ContactForces& before,
+                                       const std::set<std::pair<int, int>>& apart) {
   // who may meet whom: bounding balls
   std::vector<Box> boxes;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
-  const std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
+  std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
+  if (!apart.empty()) std::erase_if(near, [&](const auto& pair) { return apart.count(pair) > 0; });
   std::vector<char> wanted(bodies.size(), 0);
   for (const auto& [i, j] : near) wanted[i] = wanted[j] = 1;
   for (std::size_t b = 0; b < bodies.size(); ++b)

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "runtime/contact/solids.h"
@@ -62,12 +63,14 @@ class ShapeLibrary {
 /// Contacts whose gap is below the pair's margin, thinned out to the support of every patch
 /// where surfaces face each other, and to points that carried load in the last step. In a fixed
 /// order.
-/// `margin`: one per body, m: what it may move until the contacts are looked for again.
+/// `margin`: one per body, m: what it may move until the contacts are looked for again. `apart`:
+/// pairs (i < j) that are not looked at.
 std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
-                                       const ContactForces& before);
+                                       const ContactForces& before,
+                                       const std::set<std::pair<int, int>>& apart = {});
 inline constexpr int kMaxContacts = 40;  // of an ordered pair
 
 }  // namespace archetide

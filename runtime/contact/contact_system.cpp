@@ -4,22 +4,12 @@
 #include <cmath>
 #include <numeric>
 
-#include "runtime/solid/rotation.h"
-
 namespace archetide {
 namespace {
 
-/// 3 x (6 + r) of a body at a place that carries the modes `phi` (3 x r, body frame):
-/// [1, -[x]x, R phi + [x]x I^-1 D].
+/// 3 x (6 + r) of a body at a place that carries the modes `phi` (3 x r, body frame).
 MatX place_jacobian(const ContactBody& b, const Vec3& place, const MatX& phi) {
-  const Mat3 arm = skew(place - b.body->position);
-  MatX J(3, b.body->dofs());
-  J.leftCols<3>().setIdentity();
-  J.middleCols<3>(3) = -arm;
-  if (b.body->r > 0)
-    J.rightCols(b.body->r) =
-        b.body->rotation.toRotationMatrix() * phi + arm * b.terms->spin_of_modes;
-  return J;
+  return arm_jacobian(*b.body, *b.terms, place - b.body->position, phi);
 }
 
 /// Modes at a surface sample, 3 x r, body frame.
@@ -32,9 +22,10 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
   return phi;
 }
 
-MatX response(const GeneralisedMass& H, const MatX& J) {
+MatX response(const ContactBody& b, const MatX& J) {
+  if (b.inverse_mass) return *b.inverse_mass * J.transpose();
   MatX W(J.cols(), 3);
-  for (int axis = 0; axis < 3; ++axis) W.col(axis) = H.solve(J.row(axis).transpose());
+  for (int axis = 0; axis < 3; ++axis) W.col(axis) = b.H->solve(J.row(axis).transpose());
   return W;
 }
 
@@ -49,14 +40,14 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
   const ContactBody& a = bodies[c.a];
   const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
   rows.J_a = rows.frame * place_jacobian(a, c.point, phi_a);
-  rows.W_a = response(*a.H, rows.J_a);
+  rows.W_a = response(a, rows.J_a);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
     const ContactBody& b = bodies[c.b];
     const MatX phi_b = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
                                      : MatX::Zero(3, b.body->r);
     rows.J_b = -rows.frame * place_jacobian(b, c.point, phi_b);
-    rows.W_b = response(*b.H, rows.J_b);
+    rows.W_b = response(b, rows.J_b);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -72,6 +63,17 @@ ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
   for (std::size_t k = 0; k < contacts.size(); ++k) rows_[k] = contact_rows(contacts[k], bodies);
 }
 
+void ContactSystem::add(int a, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+  ContactRows rows;
+  rows.a = a;
+  rows.frame = contact_frame(point.normal);
+  rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
+  rows.W_a = response(bodies[a], rows.J_a);
+  rows.D = rows.J_a * rows.W_a;
+  rows.rho = tangent_compliance(rows.D);
+  rows_.push_back(std::move(rows));
+}
+
 Vec3 ContactSystem::velocity(std::size_t k, const std::vector<VecX>& y) const {
   const ContactRows& c = rows_[k];
   Vec3 v = c.J_a * y[c.a];
@@ -83,6 +85,12 @@ void ContactSystem::apply(std::size_t k, const Vec3& impulse, std::vector<VecX>&
   const ContactRows& c = rows_[k];
   y[c.a] += c.W_a * impulse;
   if (c.b >= 0) y[c.b] += c.W_b * impulse;
+}
+
+void ContactSystem::add_impulse(std::size_t k, const Vec3& impulse, std::vector<VecX>& f) const {
+  const ContactRows& c = rows_[k];
+  f[c.a] += c.J_a.transpose() * impulse;
+  if (c.b >= 0) f[c.b] += c.J_b.transpose() * impulse;
 }
 
 // λ_n ← max(0, λ_n − (v_n − target) / D_nn), then λ_t ← λ_t − v_t / ρ cut to the cone. Returns the
@@ -123,6 +131,7 @@ ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOp
     speed = std::max({speed, velocity(k, y).cwiseAbs().maxCoeff(), std::abs(target[k])});
   for (const std::size_t k : only)
     if (lambda[k] != Vec3::Zero()) apply(k, lambda[k], y);
+  if (tied_) tied_->constrain(y);
   const auto n = static_cast<long>(only.size());
   const long sweeps =
       std::min<long>(options.max_sweeps, std::max(20L, options.max_updates / std::max(n, 1L)));
@@ -135,6 +144,7 @@ ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOp
       report.change = std::max(report.change, sweep_contact(k, target[static_cast<long>(k)],
                                                             options.friction, lambda[k], y));
     }
+    if (tied_) tied_->constrain(y);
     if (report.change <= std::max(options.tolerance * speed, options.still)) break;
   }
   return report;

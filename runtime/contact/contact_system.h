@@ -2,7 +2,9 @@
 
 #include <vector>
 
+#include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_search.h"
+#include "runtime/solid/constrained_inverse.h"
 
 namespace archetide {
 
@@ -12,9 +14,11 @@ struct ContactBody {
   const ContactShape* shape = nullptr;
   const ConfigurationTerms* terms = nullptr;  // at the configuration of the contacts
   const GeneralisedMass* H = nullptr;
+  const MatX* inverse_mass = nullptr;  // with water carried along; null: H alone
 };
 
-/// Unit impulses of one contact and what they do: frame (normal, two tangents).
+/// Relative velocity and unit impulses of one contact and what they do: frame (normal, two
+/// tangents).
 struct ContactRows {
   int a = -1, b = -1;                 // b < 0: does not move
   Eigen::Matrix<double, 3, 3> frame;  // rows n, t1, t2, world
@@ -43,6 +47,10 @@ struct ContactSolveReport {
 class ContactSystem {
  public:
   ContactSystem(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies);
+  /// `tied`: joints that the impulses meet as well (they must outlive the system); null: none.
+  void tie(const ConstrainedInverse* tied) { tied_ = tied; }
+  /// A surface vertex of body a at a wall.
+  void add(int a, const ContactPoint& point, const std::vector<ContactBody>& bodies);
 
   std::size_t size() const { return rows_.size(); }
   const std::vector<ContactRows>& rows() const { return rows_; }
@@ -51,6 +59,9 @@ class ContactSystem {
   Vec3 velocity(std::size_t k, const std::vector<VecX>& y) const;
   /// y += H^-1 J^T impulse.
   void apply(std::size_t k, const Vec3& impulse, std::vector<VecX>& y) const;
+
+  /// J^T impulse of contact k on its bodies.
+  void add_impulse(std::size_t k, const Vec3& impulse, std::vector<VecX>& f) const;
 
   /// Impulses lambda (frame, N s; in: the first guess, not yet in y) so that every contact
   /// separates at least at its target (m/s); y takes them. `only`: these contacts, in this order.
@@ -69,6 +80,7 @@ class ContactSystem {
   double sweep_contact(std::size_t k, double target, double friction, Vec3& lambda,
                        std::vector<VecX>& y) const;
   std::vector<ContactRows> rows_;
+  const ConstrainedInverse* tied_ = nullptr;
 };
 
 }  // namespace archetide

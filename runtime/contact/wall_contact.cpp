@@ -202,7 +202,7 @@ WallContactResult resolve_wall_contacts(ReducedBody& body, const WallContactOpti
   VecX separating;
   if (!touching.empty()) separating = apply_impulses(body, touching, options, result.wall_impulse);
 
-  result.push_out = push_out(touching, kSlack * options.tolerance);
+  if (options.push_out) result.push_out = push_out(touching, kSlack * options.tolerance);
   body.position += result.push_out;
   for (ContactPoint& c : contacts) c.gap += c.normal.dot(result.push_out);
 

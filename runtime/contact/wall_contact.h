@@ -22,6 +22,8 @@ struct WallContactOptions {
   /// stiff modes do not ring. 0: an instantaneous impulse, M_hat = M_q.
   double dt = 0.0;
   ModalOptions modal;
+  /// Whether a body beyond a wall is translated out; a jointed one is left to the position stage.
+  bool push_out = true;
 };
 
 /// At most this many points on one side: eight extremes and the deepest.

@@ -7,11 +7,14 @@
 namespace archetide {
 
 void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
-                            const std::vector<CoupledBody>& bodies) {
+                            const std::vector<CoupledBody>& bodies,
+                            const ConstrainedInverse* rows) {
+  rows_ = rows && !rows->empty() ? rows : nullptr;
   water_.setup(s.matrix);
   closed_.setup(water_);
   bodies_.resize(bodies.size());
   const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
+  to_scaled_mass_ = mass;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const BodyFlux& f = bodies[b].flux;
     Body& body = bodies_[b];
@@ -39,6 +42,7 @@ void CoupledOperator::setup_closed_regions() {
   MatX G = MatX::Zero(n, n);
   double scale = 0.0;
   std::vector<double> indicator(size(), 0.0);
+  std::vector<MatX> pushed, free;  // Fhat^T E of every body, and H^-1 of it
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     MatX sums(body.flux.rows(), n);
@@ -53,6 +57,14 @@ void CoupledOperator::setup_closed_regions() {
                                       .sum());
     }
     G.noalias() += sums.transpose() * body.inverse_mass * sums;
+    free.push_back(body.inverse_mass * sums);
+    pushed.push_back(std::move(sums));
+  }
+  if (rows_) {
+    std::vector<MatX> held = free;
+    rows_->constrain(held);
+    for (const int b : rows_->bodies()) G.noalias() += pushed[b].transpose() * (held[b] - free[b]);
+    G = 0.5 * (G + G.transpose()).eval();
   }
   // A direction whose stiffness is round-off of the bodies' total is null.
   constexpr double kNull = 1e-12;
@@ -83,10 +95,28 @@ void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
     y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
 }
 
+void CoupledOperator::respond(std::vector<VecX>& f) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) f[b] = (bodies_[b].inverse_mass * f[b]).eval();
+  if (rows_) rows_->constrain(f);
+}
+
+MatX CoupledOperator::own_inverse(std::size_t b) const {
+  const int body = static_cast<int>(b);
+  if (!rows_ || !rows_->touches(body)) return bodies_[b].inverse_mass;
+  return to_scaled_mass_ * rows_->own_block(body);
+}
+
+std::vector<VecX> CoupledOperator::gather(const double* x) const {
+  std::vector<VecX> f(bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) f[b] = gather(b, x);
+  return f;
+}
+
 void CoupledOperator::apply(const double* x, double* y) const {
   water_.apply(x, y);
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    scatter(b, bodies_[b].inverse_mass * gather(b, x), y);
+  std::vector<VecX> f = gather(x);
+  respond(f);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, f[b], y);
 }
 
 void CoupledOperator::project(double* v) const {
@@ -116,10 +146,10 @@ void CoupledOperator::add_closed_correction(const double* r, double* z) const {
 
 double CoupledOperator::water_energy(const double* x, const double* b) const {
   double energy = dot(blocks(), x, b);
-  for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const VecX f = gather(n, x);
-    energy -= f.dot(bodies_[n].inverse_mass * f);
-  }
+  const std::vector<VecX> f = gather(x);
+  std::vector<VecX> response = f;
+  respond(response);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) energy -= f[n].dot(response[n]);
   return energy;
 }
 

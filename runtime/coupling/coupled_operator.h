@@ -7,26 +7,30 @@
 #include "runtime/coupling/pressure_system.h"
 #include "runtime/numerics/components.h"
 #include "runtime/numerics/poisson_operator.h"
+#include "runtime/solid/constrained_inverse.h"
 
 namespace archetide {
 
 /// One body inside a coupled solve: in its flux, its mass and uncoupled velocity; out its velocity.
 struct CoupledBody {
   BodyFlux flux;      // F; columns of cells without an unknown are ignored
-  MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form (contact, joints): symmetric,
-                      // semi-definite
-  VecX y_star;        // 6 + r, velocity without the dynamic pressure
-  VecX y;             // result: y* - H^-1 F^T dt p'
+  MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form: symmetric, semi-definite
+  VecX y_star;        // 6 + r, velocity without the dynamic pressure; keeps the rows, if any
+  VecX y;             // result: y* - H^-1 F^T dt p' (with rows their constrained inverse)
   VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
 };
 
 /// The full operator of formulation sections 3 and 4 on pressure alone, scaled like PoissonMatrix:
 ///     A = A_water + sum over bodies  rho dx^3 Fhat H^-1 Fhat^T,   Fhat = F / dx^2.
-/// Symmetric positive (semi-)definite; rank 6 + r per body, never formed.
+/// Symmetric positive (semi-)definite; rank 6 + r per body, never formed. Bodies that rows tie
+/// together answer as one: H^-1 is then their constrained inverse (Eq. 49 with lambda_a
+/// eliminated).
 class CoupledOperator {
  public:
+  /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is
+  /// used; null: none.
   void setup(const Grid& g, const PressureSystem& system, double density,
-             const std::vector<CoupledBody>& bodies);
+             const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows = nullptr);
 
   std::size_t size() const { return water_.size(); }
   const Blocks& blocks() const { return water_.blocks(); }
@@ -47,8 +51,16 @@ class CoupledOperator {
   };
   const std::vector<Body>& bodies() const { return bodies_; }
 
+  /// rho dx^3 H^-1 f of every body, in place, rows kept.
+  void respond(std::vector<VecX>& f) const;
+  /// The bodies' own blocks of that inverse.
+  MatX own_inverse(std::size_t b) const;
+  /// Null where no rows are.
+  const ConstrainedInverse* rows() const { return rows_; }
+
   /// Fhat^T x of body b, 6 + r, and y += Fhat v.
   VecX gather(std::size_t b, const double* x) const;
+  std::vector<VecX> gather(const double* x) const;  // of all
   void scatter(std::size_t b, const VecX& v, double* y) const;
 
   /// x^T A_water x of a solution A x = b: the kinetic energy that the pressure gives to the water.
@@ -60,6 +72,8 @@ class CoupledOperator {
   PoissonOperator water_;
   ClosedComponents closed_;
   std::vector<Body> bodies_;
+  double to_scaled_mass_ = 0.0;  // rho dx^3
+  const ConstrainedInverse* rows_ = nullptr;
   MatX null_vectors_;    // closed regions x null directions
   MatX closed_inverse_;  // (E^T A E)^+, E normalised
 };

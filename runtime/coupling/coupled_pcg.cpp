@@ -32,6 +32,7 @@ void CoupledPcg::setup(const CoupledOperator& op, Multigrid& cycle, Deflation& d
   p_.assign(l.size, 0.0f);
   const PoissonMatrix& a = op.water().matrix();
   place_.resize(op.bodies().size());
+  momentum_.resize(op.bodies().size());
   response_.resize(op.bodies().size());
   for (std::size_t b = 0; b < place_.size(); ++b) {
     place_[b].clear();
@@ -82,8 +83,9 @@ double CoupledPcg::norm_in_range(const double* b) {
 double CoupledPcg::true_residual(const double* b, double* x) {
   const double square = steps_.residual(b, x, r_.data());
   if (op_->bodies().empty() && op_->closed().empty()) return std::sqrt(square);
-  for (std::size_t n = 0; n < op_->bodies().size(); ++n)
-    op_->scatter(n, -(op_->bodies()[n].inverse_mass * op_->gather(n, x)), r_.data());
+  response_ = op_->gather(x);
+  op_->respond(response_);
+  for (std::size_t n = 0; n < response_.size(); ++n) op_->scatter(n, -response_[n], r_.data());
   op_->project(r_.data());
   return std::sqrt(steps_.square(r_.data()));
 }
@@ -93,14 +95,14 @@ void CoupledPcg::respond(const float* z) {
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t b = 0; b < place_.size(); ++b) {
     const CoupledOperator::Body& body = op_->bodies()[b];
-    VecX sum = VecX::Zero(body.flux.rows());
+    VecX& sum = momentum_[b];
+    sum.setZero(body.flux.rows());
     for (std::size_t m = 0; m < place_[b].size(); ++m)
       sum.noalias() +=
           static_cast<double>(z[place_[b][m]]) * body.flux.col(static_cast<Eigen::Index>(m));
     response_[b].noalias() = body.inverse_mass * sum;
-    response_[b].conservativeResize(sum.size() + 1);
-    response_[b][sum.size()] = sum.dot(response_[b].head(sum.size()));
   }
+  if (op_->rows()) op_->rows()->constrain(response_);
 }
 
 // q += sum F H^-1 F^T p, returns what it adds to p . q
@@ -108,9 +110,8 @@ double CoupledPcg::apply_bodies(const float* p, double* q) {
   respond(p);
   double work = 0.0;
   for (std::size_t b = 0; b < place_.size(); ++b) {
-    const auto dofs = op_->bodies()[b].flux.rows();
-    op_->scatter(b, response_[b].head(dofs), q);
-    work += response_[b][dofs];
+    op_->scatter(b, response_[b], q);
+    work += momentum_[b].dot(response_[b]);
   }
   return work;
 }

@@ -54,7 +54,7 @@ class CoupledPcg {
   std::vector<std::vector<std::size_t>> place_;  // of each body's cells in the padded layout
   std::vector<double> r_, q_;                    // per cell of the grid
   std::vector<float> p_;                         // padded
-  std::vector<VecX> response_;                   // H^-1 Fhat^T z of each body
+  std::vector<VecX> momentum_, response_;        // Fhat^T z of each body, and H^-1 of it
 
   CoupledPcgOptions options_;
   SolveReport report_;

@@ -103,6 +103,13 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
   }
 }
 
+// y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
+void add_motion(const ConstrainedInverse* rows, std::vector<VecX>& gained,
+                std::vector<CoupledBody>& bodies) {
+  if (rows) rows->constrain(gained);
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b].y += gained[b];
+}
+
 // No water to meet: bodies move freely.
 SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned char>& valid) {
   for (CoupledBody& body : bodies) {
@@ -120,22 +127,26 @@ SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned c
 SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double dt,
                                  std::vector<CoupledBody>& bodies,
                                  const CoupledSolveOptions& options, MacField& u,
-                                 FaceField<unsigned char>& valid, Array3<double>& pressure) {
+                                 FaceField<unsigned char>& valid, Array3<double>& pressure,
+                                 const ConstrainedInverse* rows) {
   if (s.unknowns == 0) return without_water(bodies, valid);
   const Stopwatch watch;
   const double rho = s.hydrostatics.density;
-  operator_.setup(g, s, rho, bodies);
+  operator_.setup(g, s, rho, bodies, rows);
   multigrid_.setup(operator_.water(), &operator_.closed());
   deflation_.setup(operator_, options.deflation);
 
+  std::vector<VecX> gained(bodies.size());
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
   // on.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
     body.impulse =
         -dt * rho * s.surface_mean * g.dx * g.dx * operator_.bodies()[b].flux.rowwise().sum();
-    body.y = body.y_star + body.inverse_mass * body.impulse;
+    body.y = body.y_star;
+    gained[b] = body.inverse_mass * body.impulse;
   }
+  add_motion(operator_.rows(), gained, bodies);
 
   // b = Fhat y - sum sign w u* + surface terms, on unknowns; phi = 0 elsewhere
   const double to_phi = dt / g.dx;
@@ -175,8 +186,9 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     CoupledBody& body = bodies[b];
     const VecX f = -rho * g.dx * g.dx * g.dx * operator_.gather(b, pressure.data());
     body.impulse += f;
-    body.y += body.inverse_mass * f;
+    gained[b] = body.inverse_mass * f;
   }
+  add_motion(operator_.rows(), gained, bodies);
   apply_pressure(g, s, to_phi, pressure, u, valid);
   return report;
 }

@@ -20,10 +20,12 @@ class CoupledSolver {
  public:
   /// `u` holds u* and receives u on the faces of unknown cells with an opening. valid = 1 on those
   /// of them whose opening is large enough for the velocity to mean something, 0 elsewhere.
-  /// `pressure` (phi = dt p'/(rho dx) minus its surface mean) is the first guess and the result.
+  /// `rows` tie bodies together (their y* keeps them already). `pressure` (phi = dt p'/(rho dx)
+  /// minus its surface mean) is the first guess and the result.
   SolveReport solve(const Grid& g, const PressureSystem& system, double dt,
                     std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
-                    MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure);
+                    MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure,
+                    const ConstrainedInverse* rows = nullptr);
 
   std::size_t bytes() const;
 

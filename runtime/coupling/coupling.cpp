@@ -13,8 +13,9 @@ double stage_seconds(Stage stage, double dt) {
 
 }  // namespace
 
-Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles)
-    : options_(options) {
+Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
+                   std::vector<Joint> joints)
+    : options_(options), joints_(std::move(joints)) {
   const Grid& g = options_.grid;
   if (g.cells() == 0) return;  // no tank: nothing to couple
   obstacles_.face.resize(g, 0.0);
@@ -217,15 +218,20 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     start_body(stage, dt, b, bodies[b], u, coupled[b], results[b]);
     free_velocity[b] = results[b].motion.y_star;
+    if (bodies[b].reaction.size() > 0)
+      coupled[b].y_star += coupled[b].inverse_mass * bodies[b].reaction;
   }
 
-  const SolveReport report = together
-                                 ? solve_together(stage, dt, bodies, *together, u, coupled, results)
-                                 : solve_held(stage, dt, bodies, u, coupled, results);
+  GroupContacts none;
+  const bool tied = together || !joints_.empty();
+  const SolveReport report =
+      tied ? solve_together(stage, dt, bodies, together ? *together : none, u, coupled, results)
+           : solve_held(stage, dt, bodies, u, coupled, results);
   if (wet()) set_constraint_faces(coupled, u);
 
-  // What the body received beyond its forces is H (y - y*): dynamic pressure, dual-cell water and
-  // wall.
+  // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried with
+  // it, walls, contacts and joints. Without water these last are known as impulses, equal and
+  // opposite to the last digit.
   carried_momentum_.setZero();
   carried_energy_ = 0.0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -238,7 +244,13 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
       out.water_impulse -= momentum - carried_[b] * carried_velocity_[b];
     }
     if (stage == Stage::kVelocityFull && report.converged) carried_velocity_[b] = out.y;
-    const VecX f = out.motion.H.apply(out.y - free_velocity[b]);
+    VecX f;
+    if (out.reaction.size() > 0 && !wet()) {
+      f = out.reaction;
+      if (bodies[b].reaction.size() > 0) f += bodies[b].reaction;
+    } else {
+      f = out.motion.H.apply(out.y - free_velocity[b]);
+    }
     out.delta_P += f.head<3>();
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;

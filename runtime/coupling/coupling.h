@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/tri_mesh.h"
+#include "runtime/articulation/joint.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
@@ -34,6 +35,7 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
+  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -43,6 +45,8 @@ struct StageResult {
   Vec3 delta_P = Vec3::Zero(), delta_L = Vec3::Zero();  // N s, N m s
   VecX water_impulse;                                   // 6 + r, of that what the water gave
   StageContacts contacts;                               // points that walls held, and their speeds
+  VecX reaction;        // 6 + r, impulse of joints and contacts, N s; empty: found with y alone
+  VecX joint_reaction;  // 6 + r, of that what joints gave; empty: no joints
 };
 
 /// "couple" of the method: geometry of this configuration (fractions, F, H) -> right-hand side ->
@@ -50,11 +54,12 @@ struct StageResult {
 /// empty set.
 class Coupling {
  public:
-  Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles);
+  Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
+           std::vector<Joint> joints = {});
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
-  /// walls.
+  /// walls. Joints hold in every stage.
   SolveReport couple(Stage stage, double dt, const FreeSurface& surface,
                      const std::vector<StageBody>& bodies, MacField& u,
                      std::vector<StageResult>& results, GroupContacts* together = nullptr);
@@ -91,11 +96,11 @@ class Coupling {
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                              GroupContacts& contacts, MacField& u,
-                             std::vector<CoupledBody>& coupled,
-                             const std::vector<StageResult>& results);
+                             std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;
+  std::vector<Joint> joints_;
   SolidFractions obstacles_, solids_;
   FaceField<double> open_;
   FaceField<unsigned char> valid_;

@@ -126,9 +126,11 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
 // The directions of a body whose added mass counts, as S' = S U with U eigenvectors of S^T F F^T S:
 // the flux alone tells the added mass roughly (spheres and blobs of 6 to 60 cells in extent: up to
 // a third off what the cycle of the patch finds; the constant is measured).
-Deflation::Light Deflation::light_directions(const CoupledOperator::Body& body, int extent) {
+Deflation::Light Deflation::light_directions(const CoupledOperator& op, const Patch& p) {
   constexpr double kAddedMass = 0.11;
-  const MatX S = root(body.inverse_mass), FS = S.transpose() * body.flux;
+  const CoupledOperator::Body& body = op.bodies()[p.body];
+  const int extent = p.extent;
+  const MatX S = root(op.own_inverse(p.body)), FS = S.transpose() * body.flux;
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(FS * FS.transpose());
   const VecX ratio = kAddedMass * extent * eigen.eigenvalues();
   const Eigen::Index kept = (ratio.array() > kKept).count();
@@ -165,7 +167,7 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
   std::vector<Light> light;
   double directions = 0.0;
   for (const Patch& p : patches_) {
-    light.push_back(light_directions(op.bodies()[p.body], p.extent));
+    light.push_back(light_directions(op, p));
     directions += static_cast<double>(light.back().S.cols());
   }
   const Expectation e = expect(op.water().unknowns(), patches_, light);
@@ -222,7 +224,7 @@ void Deflation::assemble(const CoupledOperator& op) {
   for (Patch& p : patches_)
     for (int block = 0; block < static_cast<int>(p.y.size()); ++block) add_product(op, p, block, E);
   // Y^T F H^-1 F^T Y, body by body
-  std::vector<std::vector<std::pair<const Patch*, const MatX*>>> near(op.bodies().size());
+  std::vector<Near> near(op.bodies().size());
   for (const Patch& p : patches_)
     for (const auto& [c, flux] : p.flux) near[c].push_back({&p, &flux});
   for (std::size_t c = 0; c < near.size(); ++c)
@@ -230,8 +232,25 @@ void Deflation::assemble(const CoupledOperator& op) {
       for (const auto& [o, other] : near[c])
         E.block(p->first, o->first, p->columns, o->columns).noalias() +=
             flux->transpose() * op.bodies()[c].inverse_mass * *other;
+  if (op.rows()) add_rows(op, near, E);
   factor_.compute(0.5 * (E + E.transpose()));
   if (factor_.info() != Eigen::Success) patches_.clear(), columns_ = 0;
+}
+
+// What rows take away from Y^T F H^-1 F^T Y: bodies that they tie together answer for each other.
+void Deflation::add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const {
+  for (const Patch& p : patches_) {
+    std::vector<MatX> free(op.bodies().size());
+    for (const int c : op.rows()->bodies())
+      free[c] = MatX::Zero(op.bodies()[c].flux.rows(), p.columns);
+    for (const auto& [c, flux] : p.flux) free[c] = op.bodies()[c].inverse_mass * flux;
+    std::vector<MatX> held = free;
+    op.rows()->constrain(held);
+    for (const int c : op.rows()->bodies())
+      for (const auto& [o, other] : near[c])
+        E.block(o->first, p.first, o->columns, p.columns).noalias() +=
+            other->transpose() * (held[c] - free[c]);
+  }
 }
 
 // Columns of one block of E from the water, Y^T (A_water y), and of Fhat^T y.
@@ -328,8 +347,7 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
     const Patch& p = patches_[n];
     gather(water, layout, p, r, scale, z);
     for (const auto& [c, flux] : p.flux)
-      weight_.segment(p.first, p.columns).noalias() -=
-          flux.transpose() * response[c].head(flux.rows());
+      weight_.segment(p.first, p.columns).noalias() -= flux.transpose() * response[c];
   }
   factor_.solveInPlace(weight_);
   for (const Patch& p : patches_) scatter(layout, p, z);  // patches overlap

@@ -27,8 +27,8 @@ class Deflation {
   int columns() const { return columns_; }
   std::size_t bytes() const;
 
-  /// z += Y E^-1 Y^T (scale r - A z), r per cell of the grid, z padded; response[c] holds H^-1
-  /// Fhat^T z of body c first.
+  /// z += Y E^-1 Y^T (scale r - A z), r per cell of the grid, z padded; response[c] is H^-1
+  /// Fhat^T z of body c.
   void correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,
                double scale, const std::vector<VecX>& response, float* z);
 
@@ -69,11 +69,13 @@ class Deflation {
     MatX S;  // (6 + r) x directions
     double ratio = 0.0;
   };
-  static Light light_directions(const CoupledOperator::Body& body, int extent);
+  static Light light_directions(const CoupledOperator& op, const Patch& p);
   static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
                             const std::vector<Light>& light);
   static void fill(const CoupledOperator& op, const MatX& S, Patch& p);
   void assemble(const CoupledOperator& op);
+  using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
+  void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
   void add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const;
   void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
               const double* r, double scale, const float* z);

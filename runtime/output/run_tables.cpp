@@ -74,8 +74,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.water_kinetic).cell(s.body_kinetic).cell(s.body_elastic).cell(s.potential);
   csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.potential);
   csv_.cell(s.max_speed).cell(s.contacts);
-  csv_.cell(0.0);  // joint drift: there are no joints
-  csv_.cell(s.max_deformation);
+  csv_.cell(s.joint_drift).cell(s.max_deformation);
   csv_.cell(s.volume_given_back);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
 

@@ -139,6 +139,55 @@ StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& ba
   return obstacle;
 }
 
+// The [[body]] of this name, or -1 and a complaint.
+int body_named(const Section& s, const std::string& name, const SceneSpec& scene, Complaints& bad) {
+  int found = -1;
+  std::vector<std::string> names;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodySpec& body = scene.bodies[b];
+    names.push_back(body.name.empty() ? body.archetype : body.name);
+    if (names.back() != name) continue;
+    if (found >= 0)
+      bad.push_back(s.error("bodies", "two bodies are called \"" + name + "\"",
+                            "give each of them a name of its own"));
+    found = static_cast<int>(b);
+  }
+  if (found < 0) {
+    const std::string near = closest_match(name, names);
+    bad.push_back(s.error("bodies", "there is no [[body]] called \"" + name + "\"",
+                          near.empty() ? "" : "did you mean \"" + near + "\"?"));
+  }
+  return found;
+}
+
+JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  JointSpec joint;
+  joint.where = s.location("bodies");
+  const std::vector<std::string> names = s.strings("bodies");
+  if (names.size() != 2 || names[0] == "world") {
+    bad.push_back(s.error("bodies", "expected two names, the first of a body",
+                          "[\"bell\", \"arm\"] or [\"bell\", \"world\"]"));
+  } else {
+    joint.a = body_named(s, names[0], scene, bad);
+    if (names[1] != "world") joint.b = body_named(s, names[1], scene, bad);
+    if (joint.a >= 0 && joint.a == joint.b)
+      bad.push_back(s.error("bodies", "a body cannot be jointed to itself", ""));
+  }
+  if (s.has("points")) joint.points = s.points("points");
+  if (s.has("frame")) joint.frame = s.string("frame");
+  const std::string type = s.string("type");
+  joint.frame_points = type == "ball" ? 1 : type == "hinge" ? 2 : 3;
+  if (s.has("point_set")) joint.point_set = s.string("point_set");
+  joint.frame_where = s.location("frame"), joint.point_set_where = s.location("point_set");
+  if (s.has("type") && joint.frame.empty())
+    bad.push_back(s.error("type", "type is that of a frame, and there is none",
+                          "give frame, or leave type out: one point is a ball joint, two are a "
+                          "hinge, three a weld"));
+  if (joint.points.empty() && joint.frame.empty() && joint.point_set.empty())
+    bad.push_back(s.error("", "the joint has no points", "give points, frame or point_set"));
+  return joint;
+}
+
 void parse_method(const Section& root, SceneSpec& scene) {
   const Section step = root.section("step"), coupling = root.section("coupling");
   scene.cfl = step.number("cfl");
@@ -197,6 +246,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   }
   for (const Section& s : root.sections("static"))
     scene.statics.push_back(parse_static(s, scene, bad));
+  for (const Section& s : root.sections("joint"))
+    scene.joints.push_back(parse_joint(s, scene, bad));
   scene.frames = root.strings("output.frames");
   scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
   scene.expect = parse_expect(root.section("expect"), instances, bad);

@@ -24,6 +24,62 @@ void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built
   built.release.push_back(release);
 }
 
+// The places of a joint in the rest frame of its first body.
+std::vector<Vec3> joint_points(const JointSpec& spec, const Archetype& a) {
+  constexpr double kLever = 0.1;  // of the bounding radius
+  std::vector<Vec3> points = spec.points;
+  if (!spec.frame.empty()) {
+    const auto frame = std::find_if(a.joint_frames.begin(), a.joint_frames.end(),
+                                    [&](const JointFrame& f) { return f.name == spec.frame; });
+    if (frame == a.joint_frames.end())
+      throw InputError(
+          {{spec.frame_where, "archetype " + a.name + " has no joint frame \"" + spec.frame + "\"",
+            "name one in its body file ([[joint_frame]]) and build it again"}});
+    const double lever = kLever * bounding_radius(a);
+    points.push_back(frame->point);
+    if (spec.frame_points >= 2) points.emplace_back(frame->point + lever * frame->axes.col(2));
+    if (spec.frame_points >= 3) points.emplace_back(frame->point + lever * frame->axes.col(0));
+  }
+  if (!spec.point_set.empty()) {
+    const auto set = std::find_if(a.point_sets.begin(), a.point_sets.end(),
+                                  [&](const PointSet& p) { return p.name == spec.point_set; });
+    if (set == a.point_sets.end())
+      throw InputError({{spec.point_set_where,
+                         "archetype " + a.name + " has no point set \"" + spec.point_set + "\"",
+                         "name one in its body file and build it again"}});
+    for (const int v : set->vertices) points.push_back(a.surface.vertices[v]);
+  }
+  return points;
+}
+
+// A soft body must have material where it is held: its modes are continued from the surface.
+void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& built) {
+  const auto demand = [&](int b, const std::vector<AttachedPoint>& points) {
+    const ReducedBody& body = built.bodies[b];
+    if (body.r == 0) return;
+    const double reach = 1.5 * bounding_radius(*body.archetype);
+    for (const AttachedPoint& p : points)
+      if (p.rest.norm() > reach)
+        throw InputError(
+            {{spec.where,
+              "a point of the joint is " + std::to_string(p.rest.norm()) +
+                  " m from the centre of " + built.body_names[b] + ", a soft body that reaches " +
+                  std::to_string(bounding_radius(*body.archetype)) + " m",
+              "move the body or the point, or make the body rigid (modes = 0)"}});
+  };
+  demand(joint.a, joint.at_a);
+  if (joint.b >= 0) demand(joint.b, joint.at_b);
+}
+
+void add_joint(const JointSpec& spec, BuiltScene& built) {
+  if (built.options.scheme == Scheme::kSingle)
+    throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
+                       "use \"newmark\", two solves a step"}});
+  built.joints.push_back(make_joint(built.bodies, spec.a, spec.b,
+                                    joint_points(spec, *built.bodies[spec.a].archetype)));
+  demand_close(spec, built.joints.back(), built);
+}
+
 // Waves share the box one after the other: each keeps clear only of itself and of what is placed
 // by hand.
 void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltScene& built) {
@@ -93,11 +149,11 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
 
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
   if (!archetype->clamped.empty())
-    throw InputError({{spec.where,
-                       "archetype " + spec.archetype + " was computed clamped at \"" +
-                           archetype->clamped + "\": its modes are those of a held body, and bodies " +
-                           "in a scene move freely",
-                       "remove clamped from its body file and build it again"}});
+    throw InputError(
+        {{spec.where,
+          "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
+              "\": its modes are those of a held body, and bodies " + "in a scene move freely",
+          "remove clamped from its body file and build it again"}});
   const int stored = archetype->r();
   if (spec.modes.value_or(0) > stored) {
     throw InputError({{spec.modes_where,
@@ -145,6 +201,8 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   for (const StaticSpec& spec : scene.statics) {
     collect([&] { built.obstacles.push_back(build_obstacle(spec)); });
   }
+  if (bad.empty())
+    for (const JointSpec& spec : scene.joints) collect([&] { add_joint(spec, built); });
   if (!bad.empty()) throw InputError(bad);
   sort_by_release(built);
   return built;
@@ -152,7 +210,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
 
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
-                    std::move(built.obstacles), std::move(built.release));
+                    std::move(built.obstacles), std::move(built.release), std::move(built.joints));
 }
 
 }  // namespace archetide

@@ -314,11 +314,6 @@ Keys surroundings_keys() {
        .type = kBool,
        .fallback = "true",
        .meaning = "bodies against each other and against obstacles (only with [contact])"},
-      {.path = "joint[]",
-       .type = kTables,
-       .fallback = "absent",
-       .meaning = "point joints",
-       .later = "joints"},
       {.path = "force[]",
        .type = kTables,
        .fallback = "absent",
@@ -329,6 +324,39 @@ Keys surroundings_keys() {
        .fallback = "absent",
        .meaning = "articulated bodies as one surface",
        .later = "skins"}};
+}
+
+Keys joint_keys() {
+  return {
+      {.path = "joint[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "points of two bodies, or of a body and the world, that stay together: the union "
+                  "of what is given (one: ball joint, two: hinge, three: weld); jointed bodies "
+                  "do not collide with each other"},
+      {.path = "joint[].bodies",
+       .type = kStrings,
+       .fallback = "required",
+       .meaning = "names of two bodies, or of one and \"world\""},
+      {.path = "joint[].points",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "in the rest frame of the first body, whose origin is the centre of mass"},
+      {.path = "joint[].frame",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "joint frame of the first body's archetype"},
+      {.path = "joint[].type",
+       .type = kString,
+       .fallback = "\"ball\"",
+       .choices = {"ball", "hinge", "weld"},
+       .meaning = "of the frame: its point; another one along its z axis, at a tenth of the body's "
+                  "bounding radius; a third one along its x axis"},
+      {.path = "joint[].point_set",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "named points of the first body's archetype"}};
 }
 
 Keys result_keys() {
@@ -408,7 +436,7 @@ const Schema& scene_schema() {
     for (const Keys& part :
          {run_keys(), fluid_keys(), coupling_keys(), body_keys(), instance_keys("body[]"),
           rotation_keys("body[]"), scatter_keys(), instance_keys("scatter[]"), surroundings_keys(),
-          rotation_keys("static[]"), result_keys()}) {
+          rotation_keys("static[]"), joint_keys(), result_keys()}) {
       append(keys, part);
     }
     return Schema("*.scene.toml", keys);

@@ -75,6 +75,17 @@ struct StaticSpec {
   Quat rotation = Quat::Identity();
 };
 
+/// One [[joint]]; its points are the union of what is given.
+struct JointSpec {
+  SourceLocation where;
+  int a = -1, b = -1;        // index of a [[body]]; b = -1: the world
+  std::vector<Vec3> points;  // rest frame of a, m
+  std::string frame;         // joint frame of a's archetype, or ""
+  int frame_points = 1;      // 1: ball, 2: hinge, 3: weld
+  std::string point_set;     // of a's archetype, or ""
+  SourceLocation frame_where, point_set_where;
+};
+
 /// What one body must show; means are over the last `window` of the run.
 struct BodyExpectation {
   SourceLocation where;
@@ -113,6 +124,7 @@ struct SceneSpec {
   std::vector<BodySpec> bodies;
   std::vector<ScatterSpec> scatters;
   std::vector<StaticSpec> statics;
+  std::vector<JointSpec> joints;
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;

@@ -139,7 +139,11 @@ double elastic_energy(const ReducedBody& body);
 Vec3 surface_point(const ReducedBody& body, int v);
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points);
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v);
-/// 3 x (6+r): velocity of surface vertex v per unit y, [1, -[x]x, B_v].
+/// 3 x (6+r): velocity per unit y of the point at moment arm x that carries the modes phi (3 x r,
+/// body frame): [1, -[x]x, B] with B_i = R phi_i - (I^-1 D_i) x x.
+MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
+                  const MatX& phi);
+/// The same of surface vertex v.
 MatX point_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, int v);
 
 /// Bytes that one instance owns (not the shared archetype).

@@ -28,16 +28,19 @@ void surface_points(const ReducedBody& body, std::vector<Vec3>& points) {
     points[v] = body.position + R * (a.surface.vertices[v] + u.segment<3>(3 * v));
 }
 
-MatX point_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, int v) {
-  const Vec3 arm = moment_arm(body, v);
+MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
+                  const MatX& phi) {
   const Mat3 arm_cross = skew(arm);
   MatX J(3, body.dofs());
   J.leftCols<3>().setIdentity();
   J.middleCols<3>(3) = -arm_cross;
   // B_i = R φ_i − (I⁻¹ D_i) × x
-  J.rightCols(body.r) =
-      body.rotation.toRotationMatrix() * modes_at(body, v) + arm_cross * terms.spin_of_modes;
+  J.rightCols(body.r) = body.rotation.toRotationMatrix() * phi + arm_cross * terms.spin_of_modes;
   return J;
+}
+
+MatX point_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, int v) {
+  return arm_jacobian(body, terms, moment_arm(body, v), modes_at(body, v));
 }
 
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v) {

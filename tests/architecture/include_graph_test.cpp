@@ -23,7 +23,7 @@ const Graph& allowed() {
   static const Graph graph = [] {
     const std::set<std::string> method = {"common",          "runtime/grid",  "runtime/numerics",
                                           "runtime/fluid",   "runtime/solid", "runtime/contact",
-                                          "runtime/coupling"};
+                                          "runtime/articulation", "runtime/coupling"};
     std::set<std::string> users = method;
     users.insert("runtime");
     std::set<std::string> main = users;
@@ -36,9 +36,10 @@ const Graph& allowed() {
                  {"runtime/fluid", {"common", "runtime/grid"}},
                  {"runtime/solid", {"common"}},
                  {"runtime/contact", {"common", "runtime/grid", "runtime/solid"}},
+                 {"runtime/articulation", {"common", "runtime/solid"}},
                  {"runtime/coupling",
                   {"common", "runtime/grid", "runtime/numerics", "runtime/fluid", "runtime/solid",
-                   "runtime/contact"}},
+                   "runtime/contact", "runtime/articulation"}},
                  {"runtime", method},
                  {"runtime/scene", users},
                  {"runtime/output", users},

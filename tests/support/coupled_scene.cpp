@@ -138,12 +138,12 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
   }
 }
 
-CoupledScene::Result CoupledScene::solve(CoupledSolver& solver,
-                                         const CoupledSolveOptions& options) const {
+CoupledScene::Result CoupledScene::solve(CoupledSolver& solver, const CoupledSolveOptions& options,
+                                         const ConstrainedInverse* rows) const {
   Result result{{}, bodies, u_star, Array3<double>(grid.nx, grid.ny, grid.nz, 0.0)};
   FaceField<unsigned char> flags = valid;
-  result.report =
-      solver.solve(grid, system, dt, result.bodies, options, result.u, flags, result.pressure);
+  result.report = solver.solve(grid, system, dt, result.bodies, options, result.u, flags,
+                               result.pressure, rows);
   return result;
 }
 

@@ -43,7 +43,8 @@ struct CoupledScene {
     MacField u;
     Array3<double> pressure;
   };
-  Result solve(CoupledSolver& solver, const CoupledSolveOptions& options) const;
+  Result solve(CoupledSolver& solver, const CoupledSolveOptions& options,
+               const ConstrainedInverse* rows = nullptr) const;
 
  private:
   void place_bodies(const CoupledSceneOptions& options);

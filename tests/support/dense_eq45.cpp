@@ -1,6 +1,7 @@
 #include "tests/support/dense_eq45.h"
 
 #include <Eigen/Dense>
+#include <tuple>
 
 namespace archetide {
 namespace {
@@ -62,6 +63,15 @@ struct Face {
   int constraint = -1;      // row of W, or -1
 };
 
+/// A solution of A x = b, A symmetric positive semi-definite and b in its range.
+VecX solve_semi_definite(const MatX& A, const VecX& b) {
+  const VecX scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::CompleteOrthogonalDecomposition<MatX> factor;
+  factor.setThreshold(1e-11);
+  factor.compute(scale.asDiagonal() * A * scale.asDiagonal());
+  return scale.asDiagonal() * factor.solve(VecX(scale.asDiagonal() * b));
+}
+
 }  // namespace
 
 MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, const MatX& M_hat) {
@@ -70,6 +80,11 @@ MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, c
 
 DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const SyntheticBody*>& shapes,
                          double dt) {
+  return solve_eq49(tank, shapes, dt, {});
+}
+
+DenseSolution solve_eq49(const CoupledTank& tank, const std::vector<const SyntheticBody*>& shapes,
+                         double dt, const std::vector<DenseJoint>& joints) {
   const CouplingOptions& o = tank.options;
   const Grid& g = o.grid;
   const double area = g.dx * g.dx, beta = o.hydrostatics.density * area * g.dx;
@@ -87,7 +102,7 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
   Array3<int> unknown(g.nx, g.ny, g.nz, -1);
   int cells = 0;
   for (std::size_t n = 0; n < unknown.size(); ++n)
-    if (fractions.cell[n] == 0.0) unknown[n] = cells++;
+    if (o.has_water && fractions.cell[n] == 0.0) unknown[n] = cells++;
   FaceField<int> row(g, -1);
   std::vector<const ConstraintFace*> constraints;
   std::vector<int> owner;
@@ -133,9 +148,13 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
   // and 44.
   MatX WJK = MatX::Zero(nl, nl);
   VecX WJv = VecX::Zero(nl);
+  const auto na = 3 * static_cast<Eigen::Index>(joints.size());
+  MatX a_23 = MatX::Zero(nl, na), a_33 = MatX::Zero(na, na);  // Eqs. 46, 47
+  VecX rhs_a = VecX::Zero(na);                                // Eq. 48
   struct Solid {
     Particles3n p;
     MatX WJ, M_hat;
+    MatX J_a;         // J_ap where this is a joint's first body, -J_ac where it is its second
     VecX q_dot_star;  // M_r q_dot* = M_r q_dot + S^T R^-1 P_d (explicit impulses) - dt K q
     Vec3 P, L;
     MatX M_r;
@@ -160,7 +179,17 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
       for (int v = 0; v < 3; ++v)
         s.WJ(c, 3 * to_node[t[v]] + constraints[c]->axis) += constraints[c]->bary[v];
     }
-    WJK += s.WJ * impulse_factor(s.p, s.M_hat) * s.WJ.transpose();
+    const MatX K = impulse_factor(s.p, s.M_hat);
+    WJK += s.WJ * K * s.WJ.transpose();
+    s.J_a = MatX::Zero(na, s.p.M.rows());
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      for (const auto& [which, vertex, sign] :
+           {std::tuple(joints[j].a, joints[j].p, 1.0), std::tuple(joints[j].b, joints[j].c, -1.0)})
+        if (which == static_cast<int>(b))
+          s.J_a.block<3, 3>(3 * static_cast<Eigen::Index>(j), 3 * to_node[vertex]) =
+              sign * Mat3::Identity();
+    a_23 -= s.WJ * K * s.J_a.transpose();
+    a_33 += s.J_a * K * s.J_a.transpose();
     VecX momentum(6);
     momentum << s.P, s.L;
     VecX v_star = s.p.J_rigid * (s.p.M_rigid_inverse * momentum);
@@ -172,17 +201,26 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
           s.p.P_d.transpose() * s.p.RS * (s.M_hat.inverse() * s.M_r * s.q_dot_star - s.q_dot_star);
     }
     WJv += s.WJ * v_star;
+    rhs_a -= s.J_a * v_star;
     solids.push_back(std::move(s));
   }
 
-  // Eq. 45.
+  // Eq. 45, with joints Eq. 49.
   const MatX BG = beta_inverse.asDiagonal() * G, BW = beta_inverse.asDiagonal() * W.transpose();
-  MatX A(cells + nl, cells + nl);
-  A << G.transpose() * BG, -G.transpose() * BW, -W * BG, W * BW + WJK;
-  VecX rhs(cells + nl);
-  rhs << G.transpose() * u_star, -W * u_star + WJv;
-  const VecX x = A.ldlt().solve(rhs);
-  const VecX p = x.head(cells), lambda = x.tail(nl);
+  MatX A = MatX::Zero(cells + nl + na, cells + nl + na);
+  A.topLeftCorner(cells, cells) = G.transpose() * BG;
+  A.block(0, cells, cells, nl) = -G.transpose() * BW;
+  A.block(cells, 0, nl, cells) = -W * BG;
+  A.block(cells, cells, nl, nl) = W * BW + WJK;
+  A.block(cells, cells + nl, nl, na) = a_23;
+  A.block(cells + nl, cells, na, nl) = a_23.transpose();
+  A.bottomRightCorner(na, na) = a_33;
+  VecX rhs(cells + nl + na);
+  rhs.head(cells) = G.transpose() * u_star;
+  rhs.segment(cells, nl) = -W * u_star + WJv;
+  rhs.tail(na) = rhs_a;
+  const VecX x = na > 0 ? solve_semi_definite(A, rhs) : VecX(A.ldlt().solve(rhs));
+  const VecX p = x.head(cells), lambda = x.segment(cells, nl), lambda_a = x.tail(na);
 
   DenseSolution out;
   out.pressure = p / (o.hydrostatics.density * g.dx);
@@ -190,7 +228,8 @@ DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const Synthe
   for (Eigen::Index f = 0; f < nf; ++f) out.faces.push_back({faces[f].axis, faces[f].at, u[f]});
   for (std::size_t b = 0; b < solids.size(); ++b) {
     const Solid& s = solids[b];
-    const VecX f = -s.WJ.transpose() * lambda;  // impulses on the particles
+    // impulses on the particles
+    const VecX f = -s.WJ.transpose() * lambda + s.J_a.transpose() * lambda_a;
     VecX momentum(6), y(tank.bodies[b].dofs());
     momentum << s.P, s.L;
     momentum += s.p.J_rigid.transpose() * f;

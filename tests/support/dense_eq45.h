@@ -22,6 +22,16 @@ struct DenseSolution {
 DenseSolution solve_eq45(const CoupledTank& tank, const std::vector<const SyntheticBody*>& bodies,
                          double dt);
 
+/// A point joint of Section 7: surface vertex `p` of body a and `c` of body b (b < 0: the world).
+struct DenseJoint {
+  int a = -1, p = -1;
+  int b = -1, c = -1;
+};
+/// The literal Eq. 49, lambda_a included (least norm where rows are redundant); a tank without
+/// water leaves a_33 lambda_a = rhs_a.
+DenseSolution solve_eq49(const CoupledTank& tank, const std::vector<const SyntheticBody*>& bodies,
+                         double dt, const std::vector<DenseJoint>& joints);
+
 /// K_lambda of Eq. 43 of one body, 3n x 3n, from the projections; M_hat as the stage has it.
 MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, const MatX& M_hat);
 

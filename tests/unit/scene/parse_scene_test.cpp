@@ -70,6 +70,12 @@ mesh = "../meshes/rocks.obj"
 scale = 2.0
 position = [1, 1, 1]
 rotation = { axis = [1, 0, 0], degrees = 180 }
+[[joint]]
+bodies = ["first", "world"]
+points = [[0.1, 0, 0], [0, 0.2, 0]]
+frame = "hip"
+type = "weld"
+point_set = "rim"
 [contact]
 restitution = 0.1
 friction = 0.4
@@ -147,6 +153,14 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(scatter.wave_interval, 0.4);
   EXPECT_FALSE(s.body_contact);  // contact.bodies = false
 
+  const JointSpec& joint = s.joints.at(0);
+  EXPECT_EQ(joint.a, 0);
+  EXPECT_EQ(joint.b, -1);
+  EXPECT_EQ(joint.points.at(1), Vec3(0, 0.2, 0));
+  EXPECT_EQ(joint.frame, "hip");
+  EXPECT_EQ(joint.frame_points, 3);
+  EXPECT_EQ(joint.point_set, "rim");
+
   EXPECT_EQ(s.statics.at(0).mesh, "meshes/rocks.obj");
   EXPECT_EQ(s.statics.at(0).scale, 2.0);
   EXPECT_EQ(s.expect.iterations, 30);
@@ -214,9 +228,34 @@ TEST(ParseScene, ContactBetweenBodiesComesWithTheSection) {
                   "more waves than bodies");
 }
 
+TEST(ParseScene, JointsNameBodiesAndHavePoints) {
+  const std::string two =
+      "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n"
+      "[[body]]\nname = \"arm\"\narchetype = \"a\"\nposition = [1, 0, 0]\n";
+  const SceneSpec s = parse(two + "[[joint]]\nbodies = [\"arm\", \"a\"]\npoints = [[0, 0, 0]]\n");
+  EXPECT_EQ(s.joints.at(0).a, 1);
+  EXPECT_EQ(s.joints.at(0).b, 0);
+  const auto wrong = [&](const std::string& joint) {
+    return complaint(two + "[[joint]]\n" + joint);
+  };
+  expect_contains(wrong("bodies = [\"arn\", \"a\"]\npoints = [[0, 0, 0]]\n"),
+                  "joint[0].bodies: there is no [[body]] called \"arn\"");
+  expect_contains(wrong("bodies = [\"arn\", \"a\"]\npoints = [[0, 0, 0]]\n"),
+                  "did you mean \"arm\"?");
+  expect_contains(wrong("bodies = [\"arm\", \"arm\"]\npoints = [[0, 0, 0]]\n"), "to itself");
+  expect_contains(wrong("bodies = [\"world\", \"a\"]\npoints = [[0, 0, 0]]\n"),
+                  "expected two names, the first of a body");
+  expect_contains(wrong("bodies = [\"arm\", \"a\"]\n"), "the joint has no points");
+  expect_contains(wrong("bodies = [\"arm\", \"a\"]\npoints = [[0, 0, 0]]\ntype = \"weld\"\n"),
+                  "type is that of a frame");
+  const std::string twin = "[[body]]\narchetype = \"a\"\nposition = [2, 0, 0]\n";
+  expect_contains(
+      complaint(two + twin + "[[joint]]\nbodies = [\"arm\", \"a\"]\npoints = [[0, 0, 0]]\n"),
+      "two bodies are called \"a\"");
+}
+
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
-  expect_contains(complaint("[[joint]]\nbodies = [\"a\", \"b\"]\n"), "joints ([[joint]])");
   expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
   expect_contains(complaint("[[force]]\n"), "actuation forces ([[force]])");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");

@@ -48,6 +48,43 @@ TEST_F(BuildScene, MomentaFollowFromVelocitiesAndDensity) {
   EXPECT_EQ(built.body_names.at(0), "tetra");
 }
 
+TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
+  Archetype a = tetrahedron_archetype("jointed");
+  a.joint_frames = {{"hip", Vec3(0.1, 0, 0), Mat3::Identity()}};
+  a.point_sets = {{"tips", {1, 2}}};
+  write_archetype(folder_ / "jointed.h5", a);
+  const std::string bodies =
+      "[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n"
+      "[[body]]\narchetype = \"tetra\"\nposition = [1, 2, 3]\n"
+      "rotation = { axis = [0, 0, 1], degrees = 90 }\nmodes = 0\n";
+  const std::string head = "[[joint]]\nbodies = [\"jointed\", \"tetra\"]\n";
+  const BuiltScene built =
+      build(bodies + head +
+            "points = [[0, 0, 0.3]]\nframe = \"hip\"\ntype = \"hinge\"\npoint_set = \"tips\"\n");
+  const Joint& joint = built.joints.at(0);
+  ASSERT_EQ(joint.at_a.size(), 5u);
+  EXPECT_EQ(joint.at_a[0].rest, Vec3(0, 0, 0.3));
+  EXPECT_EQ(joint.at_a[1].rest, Vec3(0.1, 0, 0));
+  EXPECT_NEAR((joint.at_a[2].rest - Vec3(0.1, 0, 0.1 * bounding_radius(a))).norm(), 0.0, 1e-15);
+  EXPECT_EQ(joint.at_a[3].rest, a.surface.vertices[1]);
+  EXPECT_LE(joint_drift(built.joints, built.bodies), 1e-15);
+  expect_contains(message_of<InputError>([&] { build(bodies + head + "frame = \"hep\"\n"); }),
+                  "archetype jointed has no joint frame \"hep\"");
+  expect_contains(message_of<InputError>([&] { build(bodies + head + "point_set = \"t\"\n"); }),
+                  "archetype jointed has no point set \"t\"");
+  expect_contains(
+      message_of<InputError>([&] {
+        build("[step]\nscheme = \"single\"\n" + bodies + head + "points = [[0, 0, 0]]\n");
+      }),
+      "joints are not possible with step.scheme = \"single\"");
+  const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [9, 0, 0]\n";
+  expect_contains(message_of<InputError>([&] {
+                    build("[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n" +
+                          soft + head + "points = [[0, 0, 0]]\n");
+                  }),
+                  "m from the centre of tetra, a soft body");
+}
+
 TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
   EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);

@@ -1,0 +1,61 @@
+#include "runtime/articulation/pre_stabilisation.h"
+
+#include <cmath>
+
+namespace archetide {
+namespace {
+
+/// The jointed bodies at the end of a position update with velocities y; the others stay.
+std::vector<ReducedBody> advanced(const std::vector<ReducedBody>& bodies,
+                                  const std::vector<FreeMotion>& motions,
+                                  const ConstrainedInverse& held, const std::vector<VecX>& y,
+                                  double dt) {
+  std::vector<ReducedBody> moved = bodies;
+  for (const int b : held.bodies()) advance_pose(moved[b], motions[b], y[b], dt);
+  return moved;
+}
+
+}  // namespace
+
+PreStabilised pre_stabilise(const std::vector<Joint>& joints,
+                            const std::vector<ReducedBody>& bodies,
+                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
+                            std::vector<VecX>& y) {
+  constexpr int kMaxTurns = 60;
+  PreStabilised out;
+  std::vector<const ReducedBody*> at;
+  std::vector<const ConfigurationTerms*> terms;
+  std::vector<MatX> inverse(bodies.size());
+  std::vector<const MatX*> inverse_mass(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    at.push_back(&bodies[b]);
+    terms.push_back(&motions[b].terms);
+    inverse_mass[b] = &inverse[b];
+  }
+  std::vector<RowBlock> rows;
+  for (const Joint& joint : joints) {
+    for (const int b : {joint.a, joint.b})
+      if (b >= 0 && inverse[b].size() == 0) inverse[b] = motions[b].H.inverse();
+    rows.push_back(joint_rows(joint, at, terms));
+  }
+  ConstrainedInverse held;
+  held.setup(inverse_mass, std::move(rows));
+
+  out.impulse.resize(bodies.size());
+  for (const int b : held.bodies()) out.impulse[b] = VecX::Zero(bodies[b].dofs());
+  for (;; ++out.turns) {
+    const std::vector<ReducedBody> moved = advanced(bodies, motions, held, y, dt);
+    out.drift = joint_drift(joints, moved);
+    out.converged = out.drift <= tolerance;
+    if (out.converged || out.turns == kMaxTurns || !std::isfinite(out.drift)) return out;
+    std::vector<VecX> closing;
+    for (const Joint& joint : joints) closing.push_back(joint_gap(joint, moved) / -dt);
+    const std::vector<VecX> f = held.impulses(held.solve(closing));
+    for (const int b : held.bodies()) {
+      out.impulse[b] += f[b];
+      y[b] += inverse[b] * f[b];
+    }
+  }
+}
+
+}  // namespace archetide

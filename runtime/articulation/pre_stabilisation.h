@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/articulation/joint.h"
+
+namespace archetide {
+
+struct PreStabilised {
+  std::vector<VecX> impulse;  // per body with joints, 6 + r, N s: C^T lambda
+  double drift = 0.0;         // m, that is left
+  int turns = 0;
+  bool converged = false;
+};
+
+/// [WTF06]: impulses along the joints' rows at x^n that close the joints at the end of the position
+/// update, outside the coupled solve (Section 7). Together with the rows of the coupled solve they
+/// are the impulse of RATTLE [Andersen 1983]: they take part in the momenta of the step, which
+/// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
+/// body; `y`: its velocities, in and out.
+///
+/// Newton's method with a_33 at x^n for the derivative: lambda -= a_33^+ gap / dt, until the
+/// largest gap is below `tolerance` (m).
+PreStabilised pre_stabilise(const std::vector<Joint>& joints,
+                            const std::vector<ReducedBody>& bodies,
+                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
+                            std::vector<VecX>& y);
+
+}  // namespace archetide

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/coupling/coupling.h"
+
+namespace archetide {
+
+/// Joints and contacts of one stage. The contact solver tells which contacts press and which of
+/// them stick; those are held as rows of the coupled solve together with the joints. What slides is
+/// given its friction as an impulse.
+class StageRows {
+ public:
+  /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
+  /// `coupled`: its inverse masses must stay where they are; under water they
+  /// count the water that bodies carry along.
+  StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
+            const std::vector<StageBody>& bodies, const GroupContacts& contacts,
+            const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,
+            bool wet);
+  StageRows(const StageRows&) = delete;
+  StageRows& operator=(const StageRows&) = delete;
+
+  std::size_t contacts() const { return system_.size(); }
+  int sweeps() const { return sweeps_; }
+  const ContactSystem& system() const { return system_; }
+  const std::vector<Vec3>& impulses() const { return lambda_; }  // of the contacts, frame, N s
+
+  /// First guesses: what pushed in the last step, for a stage of length h.
+  void start_from_last_step(const GroupContacts& contacts, double h);
+  /// Impulses of the contacts, joints kept, on bodies that move with y_free without any of them.
+  void resolve(const std::vector<VecX>& y_free);
+  /// Takes joints and, under water, what presses as rows; without water contacts are resolved
+  /// already.
+  void hold(bool wet);
+  const ConstrainedInverse* held() const { return &held_; }
+
+  /// y* of the coupled solve: y_star, sliding friction added and rows kept.
+  void start(const std::vector<VecX>& y_star, std::vector<CoupledBody>& coupled) const;
+  /// What joints and contacts give to bodies that the water alone would move with y_free.
+  void settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
+              std::vector<StageResult>& results) const;
+  /// Whether the contact solver's last answer moves the contacts as the coupled solve does, m/s.
+  bool agrees(const std::vector<CoupledBody>& coupled, double speed) const;
+
+ private:
+  std::vector<VecX> with_given(const std::vector<VecX>& y) const;
+
+  std::vector<ConfigurationTerms> terms_;
+  std::vector<const MatX*> inverse_mass_;
+  ContactSystem system_;
+  VecX target_;  // m/s
+  ContactSolveOptions solve_;
+  std::vector<RowBlock> joint_rows_;
+  ConstrainedInverse joints_, held_;
+  std::vector<Vec3> lambda_;
+  std::vector<VecX> resolved_;  // y that the contact solver has found
+  std::vector<VecX>
+      given_;  // per body, generalised impulse of contacts that are not rows; or empty
+  int sweeps_ = 0;
+};
+
+}  // namespace archetide

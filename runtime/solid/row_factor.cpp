@@ -1,0 +1,61 @@
+#include "runtime/solid/row_factor.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace archetide {
+namespace {
+
+using Blocks = std::vector<std::map<int, MatX>>;
+
+/// The block that is left with the fewest rows beside it.
+int least_degree(const Blocks& blocks, const std::vector<char>& done) {
+  int best = -1;
+  long least = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (done[i]) continue;
+    long degree = 0;
+    for (const auto& [j, block] : blocks[i])
+      if (j != static_cast<int>(i)) degree += block.cols();
+    if (best < 0 || degree < least) best = static_cast<int>(i), least = degree;
+  }
+  return best;
+}
+
+MatX pivot_inverse(const MatX& pivot, int& rank) {
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (pivot + pivot.transpose()));
+  VecX inverse = eigen.eigenvalues();
+  for (double& v : inverse) {
+    rank += v > RowFactor::kPivotCut;
+    v = v > RowFactor::kPivotCut ? 1.0 / v : 0.0;
+  }
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+}  // namespace
+
+void RowFactor::setup(Blocks blocks) {
+  columns_.clear();
+  rank_ = 0;
+  std::vector<char> done(blocks.size(), 0);
+  for (std::size_t step = 0; step < blocks.size(); ++step) {
+    const int i = least_degree(blocks, done);
+    done[i] = 1;
+    std::map<int, MatX> row = std::move(blocks[i]);
+    Column column{i, pivot_inverse(row.at(i), rank_), {}};
+    row.erase(i);
+    for (const auto& [j, S_ij] : row) {
+      blocks[j].erase(i);
+      column.below.emplace_back(j, S_ij.transpose() * column.pivot_inverse);
+    }
+    // S_jl -= L_j S_il
+    for (const auto& [j, L] : column.below)
+      for (const auto& [l, S_il] : row) {
+        MatX& target = blocks[j][l];
+        if (target.size() == 0) target = MatX::Zero(L.rows(), S_il.cols());
+        target.noalias() -= L * S_il;
+      }
+    columns_.push_back(std::move(column));
+  }
+}
+
+}  // namespace archetide
