@@ -48,6 +48,18 @@ TEST_F(BuildScene, MomentaFollowFromVelocitiesAndDensity) {
   EXPECT_EQ(built.body_names.at(0), "tetra");
 }
 
+TEST_F(BuildScene, BodiesWhoseModesAreClampedAreRefused) {
+  Archetype a = tetrahedron_archetype("held");
+  a.point_sets = {{"base", {0}}};
+  a.clamped = "base";
+  write_archetype(folder_ / "held.h5", a);
+  const std::string message = message_of<InputError>(
+      [&] { build("[[body]]\narchetype = \"held\"\nposition = [0, 0, 0]\n"); });
+  expect_contains(message, "s.scene.toml:3");
+  expect_contains(message, "computed clamped at \"base\"");
+  expect_contains(message, "remove clamped from its body file");
+}
+
 TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
   Archetype a = tetrahedron_archetype("jointed");
   a.joint_frames = {{"hip", Vec3(0.1, 0, 0), Mat3::Identity()}};
