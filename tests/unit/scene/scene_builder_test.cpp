@@ -55,7 +55,7 @@ TEST_F(BuildScene, BodiesWhoseModesAreClampedAreRefused) {
   write_archetype(folder_ / "held.h5", a);
   const std::string message = message_of<InputError>(
       [&] { build("[[body]]\narchetype = \"held\"\nposition = [0, 0, 0]\n"); });
-  expect_contains(message, "s.scene.toml:3");
+  expect_contains(message, "s.scene.toml:4");
   expect_contains(message, "computed clamped at \"base\"");
   expect_contains(message, "remove clamped from its body file");
 }
