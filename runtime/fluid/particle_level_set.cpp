@@ -14,6 +14,12 @@ namespace {
 using Mask = Array3<unsigned char>;
 constexpr double kSmallest = 0.1, kLargest = 0.5;  // radii, dx [EMF02]
 constexpr double kHalfBand = 3.0;  // particles live this near to the surface, dx [EMF02]
+// An escaped particle is believed this far beyond the surface, dx, and then forgotten. Surface and
+// particles part by fractions of a cell where the surface is smooth; deeper ones are bubbles, which
+// air without pressure does not hold up, and spray. Believing them made splashes rough and lost
+// water: a ring dropped into a tub of 48^3 with 64 particles a cell took 381 steps for 2.5 s and
+// lost 2.8 % of the water in 1.5 s; so 0.8 %, without particles 0.3 %.
+constexpr double kDeepest = 0.25;
 constexpr double kWallGap = 1e-6;  // particles stay this far inside the tank, dx
 constexpr std::uint64_t kSeed = 0x61726368657469ull;
 
@@ -84,9 +90,9 @@ struct Buckets {
   Bucket of(int cell) const { return {start[cell], start[cell + 1]}; }
 };
 
-// A particle is useful near the surface; an escaped one as long as phi is a distance there.
-bool is_useful(double distance, float radius, double dx) {
-  return distance < -radius ? distance > -(kHalfBand + 1) * dx : distance < kHalfBand * dx;
+// A particle is useful near the surface; an escaped one as long as it is believed.
+bool is_useful(double distance, double dx) {
+  return distance > -kDeepest * dx && distance < kHalfBand * dx;
 }
 
 Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, const Particles& p) {
@@ -95,8 +101,7 @@ Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, co
 #pragma omp parallel for
   for (int t = 0; t < count; ++t) {
     const int c = cell_of(g, p.position[t]);
-    const bool keep =
-        !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), p.radius[t], g.dx);
+    const bool keep = !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), g.dx);
     cell[t] = keep ? c : -1;
   }
   Buckets b;
@@ -164,7 +169,8 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
     for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
       Slot s[3];
       phi.locate(p.position[t], s);
-      if (p.sign[t] * phi.phi.at(s[0], s[1], s[2]) >= -p.radius[t]) continue;
+      const double distance = p.sign[t] * phi.phi.at(s[0], s[1], s[2]);
+      if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
       if (inside(solid, cell_of(g, p.position[t]))) continue;
       ++total;
       for (int c = 0; c < 8; ++c) {
