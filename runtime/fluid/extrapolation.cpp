@@ -159,10 +159,6 @@ void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& va
   }
 }
 
-void extrapolate_cells(const Grid&, Array3<double>& f, Mask& valid, int layers) {
-  grow_constant(f, valid, layers);
-}
-
 void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers,
                       double band) {
   if (solid.size() == 0) return;

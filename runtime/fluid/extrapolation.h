@@ -12,9 +12,6 @@ namespace archetide {
 /// and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const Grid& g, MacField& u, FaceField<unsigned char>& valid, int layers);
 
-/// The same for cell values f; cells beyond the last layer keep their values.
-void extrapolate_cells(const Grid& g, Array3<double>& f, Array3<unsigned char>& valid, int layers);
-
 /// Continues the level set (slope at most 1, |phi| at most band, m) through `layers` layers of the
 /// cells with solid != 0: linearly within a cell of the interface and along it, so that a plane
 /// free surface goes on into a body as the same plane; by a constant away from it, so that deep

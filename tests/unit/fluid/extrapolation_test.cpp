@@ -107,16 +107,6 @@ TEST(Extrapolation, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_TRUE(test::same_bits(one.u, two.u));
 }
 
-TEST(Extrapolation, CellsBeyondTheLastLayerKeepTheirValues) {
-  const Grid g = unit_grid(12, 4, 4, 0.5);
-  Array3<double> f(12, 4, 4, 5.0);
-  Array3<unsigned char> valid(12, 4, 4, 0);
-  for (int k = 0; k < 4; ++k)
-    for (int j = 0; j < 4; ++j) f(0, j, k) = 2.0, valid(0, j, k) = 1;
-  extrapolate_cells(g, f, valid, 3);
-  for (int i = 0; i < 12; ++i) EXPECT_EQ(f(i, 2, 1), i <= 3 ? 2.0 : 5.0);
-}
-
 TEST(Extrapolation, PlaneSurfaceGoesOnIntoABodyAsTheSamePlane) {
   const Grid g = unit_grid(24, 24, 24, 0.05);
   for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 2, 2), Vec3(-0.3, 0.1, 0.7)}) {
