@@ -62,9 +62,10 @@ endef
 build: deps
 	$(call archetide_compile,archetide-precompute archetide-sim)
 
+# Tests run side by side, each with its threads: those that wait must not spin.
 check: deps
 	$(call archetide_compile)
-	ctest --test-dir $(BUILD) -L fast --output-on-failure -j$(JOBS)
+	OMP_WAIT_POLICY=passive ctest --test-dir $(BUILD) -L fast --output-on-failure -j$(JOBS)
 
 # Archetypes and runs need the programs to exist; they do not grow stale because a program is newer.
 $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
