@@ -20,8 +20,8 @@ constexpr int kMaxIterations = 40;
 constexpr double kEaseOutwards = 8.0;
 
 // Low (side 0) or high face of cell c along `axis`, as an index of that component.
-std::size_t face_of(const MacField& u, const Ijk& c, int axis, int side) {
-  return u[axis].index(c.i + (axis == 0) * side, c.j + (axis == 1) * side,
+std::size_t face_of(const FaceField<double>& f, const Ijk& c, int axis, int side) {
+  return f[axis].index(c.i + (axis == 0) * side, c.j + (axis == 1) * side,
                        c.k + (axis == 2) * side);
 }
 
@@ -50,7 +50,7 @@ bool uncut(const Grid& g, const FaceField<double>& open, const Ijk& c) {
   for (int a = 0; a < 3; ++a)
     for (int side = 0; side < 2; ++side) {
       const int f = at[a] + side;
-      const double w = open[a](c.i + (a == 0) * side, c.j + (a == 1) * side, c.k + (a == 2) * side);
+      const double w = open[a][face_of(open, c, a, side)];
       const bool tank_side = f == 0 || f == g.size(a);
       if (!(w >= 1.0 || (tank_side && w == 0.0))) return false;
     }
@@ -58,7 +58,7 @@ bool uncut(const Grid& g, const FaceField<double>& open, const Ijk& c) {
 }
 
 Band build_band(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
-                const FaceField<unsigned char>& solved, double reach, const MacField& u) {
+                const FaceField<unsigned char>& solved, double reach) {
   Band band;
   band.cells = collect_cells(phi, [&](int i, int j, int k, int n) {
     return phi[n] >= 0.0 && phi[n] < reach && uncut(g, open, {i, j, k});
@@ -82,7 +82,7 @@ Band build_band(const Grid& g, const Array3<double>& phi, const FaceField<double
     });
     band.diagonal[t] = kPocket;
     for (int f = 0; f < 6; ++f) {
-      const std::size_t face = face_of(u, c, f / 2, f % 2);
+      const std::size_t face = face_of(open, c, f / 2, f % 2);
       if (solved[f / 2][face] == 1 || open[f / 2][face] == 0.0) band.beyond[t][f] = kFixed;
       if (band.beyond[t][f] != kFixed) band.diagonal[t] += band.ease[t][f];
     }
@@ -122,7 +122,7 @@ int solve_band(const Band& band, std::vector<double>& r, std::vector<double>& x)
 int make_air_divergence_free(const Grid& g, const Array3<double>& phi,
                              const FaceField<double>& open, const FaceField<unsigned char>& solved,
                              double reach, MacField& u) {
-  const Band band = build_band(g, phi, open, solved, reach, u);
+  const Band band = build_band(g, phi, open, solved, reach);
   const int count = static_cast<int>(band.cells.size());
   std::vector<double> residual(count), psi;  // minus the divergence times dx, m/s
 #pragma omp parallel for if (count > kParallelFrom)

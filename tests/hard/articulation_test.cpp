@@ -41,13 +41,18 @@ Train train(int points, double density_ratio) {
   return t;
 }
 
-Simulation in_water(const Train& t) {
+SimulationOptions tank(bool water) {
   SimulationOptions o;
   o.grid = {16, 16, 12, 1.0 / 16, Vec3::Zero()};
-  o.has_water = true;
+  o.has_water = water;
   o.open_side[kZMax] = true;
   o.reference_point = Vec3(0, 0, 0.55);
   o.tolerance = 1e-6;
+  return o;
+}
+
+Simulation in_water(const Train& t) {
+  const SimulationOptions o = tank(true);
   return Simulation(o, water_to(o.grid, 0.55), t.bodies, {}, {}, t.joints);
 }
 
@@ -95,12 +100,7 @@ TEST(SlowJointsInWater, StayClosedAndCostFewIterations) {
 void expect_to_lie(bool water, bool between, double seconds) {
   Train t = train(1, 2.0);
   for (ReducedBody& body : t.bodies) body.position.z() -= 0.33;
-  SimulationOptions o;
-  o.grid = {16, 16, 12, 1.0 / 16, Vec3::Zero()};
-  o.has_water = water;
-  o.open_side[kZMax] = true;
-  o.reference_point = Vec3(0, 0, 0.55);
-  o.tolerance = 1e-6;
+  SimulationOptions o = tank(water);
   o.body_contact = between;
   o.friction = 0.3;
   o.max_dt = 0.01;
