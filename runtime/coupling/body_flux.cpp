@@ -92,6 +92,7 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
     });
   }
   faces = sweep_surface(g, box, moments, fractions);
+  bound_slip(archetype.volume / (g.dx * g.dx * g.dx), faces);
   for (DualFace& face : faces) {
     face.low = slot(face.face - Vec3i::Unit(face.axis));
     face.high = slot(face.face);

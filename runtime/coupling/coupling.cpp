@@ -229,8 +229,8 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
            : solve_held(stage, dt, bodies, u, coupled, results);
   if (wet()) set_constraint_faces(coupled, u);
 
-  // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried with
-  // it, walls, contacts and joints. Without water these last are known as impulses, equal and
+  // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
+  // with it, walls, contacts and joints. Without water these last are known as impulses, equal and
   // opposite to the last digit.
   carried_momentum_.setZero();
   carried_energy_ = 0.0;
