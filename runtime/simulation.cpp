@@ -7,10 +7,12 @@
 #include "common/input_error.h"
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact/body_contacts.h"
+#include "runtime/contact/keep_out.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/air_extension.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
+#include "runtime/fluid/markers.h"
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/time_splitting.h"
@@ -122,6 +124,7 @@ struct Simulation::Impl {
   std::vector<double> release;       // s, of those that wait
   std::vector<TriMesh> obstacles;
   std::vector<Joint> joints;
+  std::vector<Actuator> actuators;
   Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
@@ -142,7 +145,9 @@ struct Simulation::Impl {
   long step_count = 0;
   double volume_wanted = 0.0,
          volume = 0.0;  // m^3: at the start less what left through open sides; last measured
-  double volume_given_back = 0.0;  // m^3
+  double volume_given_back = 0.0;     // m^3
+  double actuation_work = 0.0;        // J
+  std::unique_ptr<KeepOut> keep_out;  // null: no markers
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
@@ -181,6 +186,7 @@ struct Simulation::Impl {
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
+  std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
   bool may_reach_wall(std::size_t b, double dt) const;
   std::vector<double> body_speeds() const;
   void resolve_body_contact(double dt, StepReport& report);
@@ -195,6 +201,8 @@ struct Simulation::Impl {
   // and the cells around.
   double swept_reach() const { return (1.5 + std::min(options.cfl, 3.0)) * options.grid.dx; }
   void control_volume();
+  void carry_markers(double dt);
+  void keep_markers_in_water();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
 };
@@ -234,6 +242,24 @@ void Simulation::Impl::prepare() {
   mark_solid_cells(coupling.solids(), solid_cells);
   prepare_surface(g, fluid, surface_options(), solid_cells);
   volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
+  if (fluid.markers.empty()) return;
+  keep_out = std::make_unique<KeepOut>(obstacles, 0.5 * g.dx);
+  keep_markers_in_water();
+}
+
+// Markers follow the velocity that carries the surface.
+void Simulation::Impl::carry_markers(double dt) {
+  if (!keep_out) return;
+  ScopedTimer timer(profile, "markers");
+  advect_points(options.grid, u_half, dt, fluid.markers);
+  keep_markers_in_water();
+}
+
+// Trilinear velocities near a body know its sides to a fraction of a cell only.
+void Simulation::Impl::keep_markers_in_water() {
+  constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
+  return_to_water(options.grid, fluid.phi, fluid.markers);
+  keep_out->move_out(bodies, kClearance * options.grid.dx, fluid.markers);
 }
 
 // Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
@@ -305,9 +331,12 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   }
   ScopedTimer timer(profile, "positions");
   if (has_water()) advect_to_half(dt);
+  std::vector<Configuration> now;
+  for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
+    stage.push_back({&bodies[b], now[b], {}, may_reach_wall(b, dt), {}, {}, driven[b]});
   std::vector<StageResult> results;
   report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results,
                                     between ? &ahead : nullptr);
@@ -364,16 +393,35 @@ bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, doubl
   return good;
 }
 
+// B^T f of each body's actuators, or empty. Both stages ask at the middle of the step: with the
+// trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy gained.
+std::vector<VecX> Simulation::Impl::actuation(double t,
+                                              const std::vector<Configuration>& at) const {
+  std::vector<VecX> force(bodies.size());
+  for (const Actuator& actuator : actuators) {
+    const auto b = static_cast<std::size_t>(actuator.body);
+    if (b >= bodies.size()) continue;  // has not appeared yet
+    const ConfigurationTerms terms = configuration_terms(bodies[b], at[b], options.modal.mass);
+    const VecX f = modal_force(actuator, t, bodies[b], at[b], terms);
+    force[b] = force[b].size() > 0 ? VecX(force[b] + f) : f;
+  }
+  return force;
+}
+
 // Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
 // their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
 // u^n.
 void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
   if (has_water()) u_half = fluid.u;
+  std::vector<Configuration> now;
+  for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     ReducedBody& body = bodies[b];
+    VecX force = VecX::Zero(body.dofs());
+    if (driven[b].size() > 0) force.tail(body.r) = driven[b];
     const FreeMotion motion =
-        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
-                    Stage::kPositionHalf, options.modal);
+        free_motion(body, now[b], force, dt, Stage::kPositionHalf, options.modal);
     middle.push_back(advance_pose(body, motion, motion.y_star, dt));
     held[b] = {};
   }
@@ -464,9 +512,11 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     advect_to_end(dt);
   }
   ScopedTimer timer(profile, "velocities");
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, middle);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b]});
+    stage.push_back(
+        {&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], driven[b]});
   std::vector<StageResult> results;
   const bool single = has_water() && options.scheme == Scheme::kSingle;
   if (single) push = u_star;
@@ -480,6 +530,8 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     report.contact_sweeps += touching.sweeps;
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (driven[b].size() > 0)  // f · (q̇ⁿ + q̇ⁿ⁺¹)/2 dt
+      actuation_work += 0.5 * dt * driven[b].dot(bodies[b].q_dot + results[b].y.tail(bodies[b].r));
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
@@ -533,6 +585,7 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   r.max_speed = fastest;
   r.joint_drift = joint_drift(joints, bodies);
+  r.actuation_work = actuation_work;
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }
 
@@ -580,6 +633,7 @@ StepReport Simulation::step(double dt) {
     StepReport report;
     report.halvings = halvings;
     if (s.attempt(dt, report)) {
+      s.carry_markers(dt);
       s.last_dt = dt;
       s.fluid.time += dt;
       ++s.step_count;
@@ -602,6 +656,10 @@ StepReport Simulation::step(double dt) {
     s.volume_given_back = volume_given_back;
     if (s.between) s.between->memory = contact_memory;
   }
+}
+
+void Simulation::set_actuators(std::vector<Actuator> actuators) {
+  impl_->actuators = std::move(actuators);
 }
 
 double Simulation::time() const { return impl_->fluid.time; }

@@ -76,7 +76,8 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
     const auto& mid = in.read_points.empty() ? surfaces_[b].points : in.read_points;
     hydro = hydrostatic_force(options_.grid, surfaces_[b], mid, system_);
   }
-  const VecX force = weight + hydro;
+  VecX force = weight + hydro;
+  if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);

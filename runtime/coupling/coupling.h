@@ -35,7 +35,8 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
-  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.

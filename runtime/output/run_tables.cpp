@@ -56,6 +56,7 @@ void StatsTable::write_header(const Profile& profile) {
                                     "contact_sweeps",
                                     "max_penetration",
                                     "mean_penetration",
+                                    "actuation_work",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -77,6 +78,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.joint_drift).cell(s.max_deformation);
   csv_.cell(s.volume_given_back);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
+  csv_.cell(s.actuation_work);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

@@ -43,8 +43,9 @@ void check_frame_kinds(const std::vector<std::string>& kinds) {
     if (std::find(known.begin(), known.end(), kind) != known.end()) continue;
     const std::string near = closest_match(kind, known);
     throw InputError("output.frames: this version writes no \"" + kind + '"',
-                     near.empty() ? "it writes surface.ply, bodies.vtp and particles.vtp"
-                                  : "did you mean \"" + near + "\"?");
+                     near.empty()
+                         ? "it writes surface.ply, bodies.vtp, particles.vtp and markers.vtp"
+                         : "did you mean \"" + near + "\"?");
   }
 }
 
@@ -57,7 +58,8 @@ std::string frame_file(const std::string& stem, int frame, const std::string& ex
 }  // namespace
 
 const std::vector<std::string>& frame_kinds() {
-  static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp"};
+  static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp",
+                                                 "markers.vtp"};
   return kinds;
 }
 
@@ -67,7 +69,7 @@ struct RunWriter::Impl {
   Progress progress;
   StatsTable stats;
   BodiesTable bodies;
-  PvdIndex surface_pvd, bodies_pvd, particles_pvd;
+  PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd;
   Manifest manifest;
 
   // Since the last frame line, and since the start.
@@ -87,6 +89,7 @@ struct RunWriter::Impl {
         surface_pvd(folder + "frames/surface.pvd"),
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),
+        markers_pvd(folder + "frames/markers.pvd"),
         manifest(describe_run(setup, simulation)),
         start_time(simulation.time()) {
     write_file_atomically(folder + "scene.toml", setup.scene_text);
@@ -137,6 +140,14 @@ struct RunWriter::Impl {
       const std::string name = frame_file("particles", frame, "vtp");
       write_particles_vtp(folder + "frames/" + name, fluid.particles, t);
       particles_pvd.add(t, name);
+    }
+    if (wants("markers.vtp") && !fluid.markers.empty()) {
+      const std::string name = frame_file("markers", frame, "vtp");
+      std::vector<Vec3> velocity;
+      for (const Vec3& x : fluid.markers)
+        velocity.push_back(interpolate(simulation.options().grid, fluid.u, x));
+      write_markers_vtp(folder + "frames/" + name, fluid.markers, velocity, t);
+      markers_pvd.add(t, name);
     }
   }
 

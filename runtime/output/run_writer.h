@@ -22,7 +22,8 @@ struct RunSetup {
   bool quiet = false;  // no progress on stderr (run.log is always written)
 };
 
-/// The frame files that a scene may ask for: surface.ply, bodies.vtp, particles.vtp.
+/// The frame files that a scene may ask for: surface.ply, bodies.vtp, particles.vtp,
+/// markers.vtp.
 const std::vector<std::string>& frame_kinds();
 
 /// Bytes of the arrays of a run with this grid and these bodies, an estimate before it starts.

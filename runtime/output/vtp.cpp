@@ -1,6 +1,7 @@
 #include "runtime/output/vtp.h"
 
 #include <cstdint>
+#include <numeric>
 
 #include "common/atomic_file.h"
 #include "common/byte_stream.h"
@@ -57,6 +58,20 @@ std::vector<int> offsets(std::size_t cells, int corners) {
   std::vector<int> out(cells);
   for (std::size_t c = 0; c < cells; ++c) out[c] = corners * static_cast<int>(c + 1);
   return out;
+}
+
+// Points, each a vertex, and the end of the piece.
+void close_vertices(const std::vector<Vec3>& points, VtpText& text) {
+  std::vector<int> index(points.size());
+  std::iota(index.begin(), index.end(), 0);
+  text.open("Points");
+  text.array("Points", "Float32", 3, flat(points));
+  text.close("Points");
+  text.open("Verts");
+  text.array("connectivity", "Int32", 1, index);
+  text.array("offsets", "Int32", 1, offsets(points.size(), 1));
+  text.close("Verts");
+  text.close("Piece");
 }
 
 // The raw values of the first array called `name`.
@@ -133,23 +148,24 @@ SurfaceMesh read_vtp(const std::string& path) {
 }
 
 void write_particles_vtp(const std::string& path, const Particles& particles, double time) {
-  const std::size_t n = particles.size();
-  std::vector<int> index(n);
-  for (std::size_t p = 0; p < n; ++p) index[p] = static_cast<int>(p);
   VtpText text;
-  text.open(piece(n, n, 0));
+  text.open(piece(particles.size(), particles.size(), 0));
   text.open("PointData");
   text.array("radius", "Float32", 1, particles.radius);
   text.array("sign", "Int8", 1, particles.sign);
   text.close("PointData");
-  text.open("Points");
-  text.array("Points", "Float32", 3, flat(particles.position));
-  text.close("Points");
-  text.open("Verts");
-  text.array("connectivity", "Int32", 1, index);
-  text.array("offsets", "Int32", 1, offsets(n, 1));
-  text.close("Verts");
-  text.close("Piece");
+  close_vertices(particles.position, text);
+  write_file_atomically(path, text.file(time));
+}
+
+void write_markers_vtp(const std::string& path, const std::vector<Vec3>& position,
+                       const std::vector<Vec3>& velocity, double time) {
+  VtpText text;
+  text.open(piece(position.size(), position.size(), 0));
+  text.open("PointData Vectors=\"velocity\"");
+  text.array("velocity", "Float32", 3, flat(velocity));
+  text.close("PointData");
+  close_vertices(position, text);
   write_file_atomically(path, text.file(time));
 }
 
