@@ -2,20 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "common/check.h"
 #include "common/input_error.h"
 #include "runtime/articulation/pre_stabilisation.h"
+#include "runtime/body_state.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/keep_out.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/air_extension.h"
+#include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/markers.h"
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/time_splitting.h"
+#include "runtime/grid/state_fields.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -137,12 +141,13 @@ struct Simulation::Impl {
   Array3<unsigned char> solid_cells;
   FaceField<unsigned char> target;
   MacField u_half, u_star;
-  MacField push;         // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
-                         // continued like the velocity
-  MacField carrier;      // transporting velocity, m/s
-  MacField u_last;       // u^{n-1}, m/s (Scheme::kSingle)
-  double last_dt = 0.0;  // s, of the step that u_half stems from; 0: of none
-  long step_count = 0;
+  MacField push;     // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
+                     // continued like the velocity
+  MacField carrier;  // transporting velocity, m/s
+  MacField u_last;   // u^{n-1}, m/s (Scheme::kSingle)
+  std::vector<ReducedBody> seen;  // as the last solve saw them (Scheme::kSingle)
+  double last_dt = 0.0;           // s, of the step that u_half stems from; 0: of none
+  std::int64_t step_count = 0;
   double volume_wanted = 0.0,
          volume = 0.0;  // m^3: at the start less what left through open sides; last measured
   double volume_given_back = 0.0;     // m^3
@@ -176,6 +181,7 @@ struct Simulation::Impl {
 
   void prepare();
   void admit_bodies();
+  void admit(std::size_t n);
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -200,11 +206,15 @@ struct Simulation::Impl {
   // How far from the surface the velocity that carries it is asked, m: where a step may carry it,
   // and the cells around.
   double swept_reach() const { return (1.5 + std::min(options.cfl, 3.0)) * options.grid.dx; }
+  void update_geometry(const std::vector<ReducedBody>& at);
+  void visit_state(StateArchive& a);
+  void visit_water(StateArchive& a);
   void control_volume();
   void carry_markers(double dt);
   void keep_markers_in_water();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
+  SimulationFailure failure(double dt, const StepReport& report) const;
 };
 
 // Bodies whose time has come join the others.
@@ -212,7 +222,10 @@ void Simulation::Impl::admit_bodies() {
   constexpr double kSameTime = 1e-9;  // s
   std::size_t n = 0;
   while (n < waiting.size() && release[n] <= fluid.time + kSameTime) ++n;
-  if (n == 0) return;
+  if (n > 0) admit(n);
+}
+
+void Simulation::Impl::admit(std::size_t n) {
   bodies.insert(bodies.end(), waiting.begin(), waiting.begin() + static_cast<long>(n));
   waiting.erase(waiting.begin(), waiting.begin() + static_cast<long>(n));
   release.erase(release.begin(), release.begin() + static_cast<long>(n));
@@ -235,16 +248,63 @@ void Simulation::Impl::prepare() {
   carrier.resize(g, 0.0);
   if (options.scheme == Scheme::kSingle) u_last.resize(g, 0.0);
   valid.resize(g, 1);
-  std::vector<StageBody> stage;
-  for (const ReducedBody& b : bodies)
-    stage.push_back({&b, current_configuration(b), {}, false, {}});
-  coupling.update_geometry(stage);
+  update_geometry(bodies);
   mark_solid_cells(coupling.solids(), solid_cells);
   prepare_surface(g, fluid, surface_options(), solid_cells);
   volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
   if (fluid.markers.empty()) return;
   keep_out = std::make_unique<KeepOut>(obstacles, 0.5 * g.dx);
   keep_markers_in_water();
+}
+
+void Simulation::Impl::update_geometry(const std::vector<ReducedBody>& at) {
+  std::vector<StageBody> stage;
+  for (const ReducedBody& b : at) stage.push_back({&b, current_configuration(b), {}, false, {}});
+  coupling.update_geometry(stage);
+}
+
+// The list of everything that a step hands to the next.
+void Simulation::Impl::visit_state(StateArchive& a) {
+  a.field("time", fluid.time);
+  a.field("last_dt", last_dt);
+  a.field("step_count", step_count);
+  a.field("actuation_work", actuation_work);
+  std::size_t present = bodies.size();
+  a.field("present", present);
+  if (present < bodies.size() || present > bodies.size() + waiting.size())
+    a.fail("there are other bodies in this scene");
+  if (present > bodies.size()) admit(present - bodies.size());
+  body_fields(a, "bodies", bodies);
+  a.field("bodies/water_impulse", water_impulse);
+  a.field("bodies/water_angular_impulse", water_angular_impulse);
+  if (between) {
+    contact_fields(a, "contact/position", between->memory.position);
+    contact_fields(a, "contact/velocity", between->memory.velocity);
+  }
+  if (has_water()) visit_water(a);
+  coupling.visit_state(a);
+}
+
+void Simulation::Impl::visit_water(StateArchive& a) {
+  a.field("water/volume_wanted", volume_wanted);
+  a.field("water/volume", volume);
+  a.field("water/volume_given_back", volume_given_back);
+  a.field("water/markers", fluid.markers);
+  a.field("particles/position", fluid.particles.position);
+  a.field("particles/radius", fluid.particles.radius);
+  a.field("particles/sign", fluid.particles.sign);
+  grid_field(a, "water/phi", fluid.phi);
+  grid_field(a, "water/valid", valid);
+  grid_field(a, "water/u", fluid.u);
+  grid_field(a, "water/u_half", u_half);
+  grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
+  grid_field(a, "water/push", push);
+  if (options.scheme != Scheme::kSingle) return;
+  grid_field(a, "water/u_last", u_last);
+  // With one solve a step the surface moves before there is a new geometry.
+  if (seen.empty()) seen = bodies;
+  body_fields(a, "seen", seen);
+  if (a.reading()) update_geometry(seen);
 }
 
 // Markers follow the velocity that carries the surface.
@@ -563,6 +623,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   predict_positions(dt, middle);
   resolve_contact(dt, report);
   if (!advance_velocities(dt, middle, read_points, report)) return false;
+  seen = bodies;
   correct_positions(dt, start);
   return true;
 }
@@ -587,6 +648,30 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   r.joint_drift = joint_drift(joints, bodies);
   r.actuation_work = actuation_work;
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
+}
+
+// What a step that cannot be taken broke at: a body that was not finite before, or the cell with most divergence left, and the body
+// nearest to it.
+SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report) const {
+  demand_finite(bodies, fluid, report);
+  const bool open_joints = report.joint_drift > 0.0;
+  Culprit culprit;
+  double nearest = INFINITY;
+  if (has_water() && !open_joints) {
+    culprit.cell = coupling.last_divergent_cell();
+    const Vec3i& c = *culprit.cell;
+    const Vec3 x = options.grid.cell_centre(c[0], c[1], c[2]);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const double gap = (bodies[b].position - x).norm() - reach[b].rest;
+      if (gap < nearest) nearest = gap, culprit.body = static_cast<int>(b);
+    }
+  }
+  std::ostringstream what;
+  what << (open_joints ? "joints could not be closed" : "the coupled solve did not converge")
+       << " (dt = " << dt << " s, residual "
+       << std::max(report.position.residual, report.velocity.residual) << ", "
+       << std::max(report.position.iterations, report.velocity.iterations) << " iterations)";
+  return {"convergence", what.str(), fluid.time, culprit};
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
@@ -638,16 +723,10 @@ StepReport Simulation::step(double dt) {
       s.fluid.time += dt;
       ++s.step_count;
       s.fill_report(dt, report);
-      demand_finite(s.bodies, report);
+      demand_finite(s.bodies, s.fluid, report);
       return report;
     }
-    if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
-      throw NumericsError(
-          std::string(report.joint_drift > 0.0 ? "joints could not be closed"
-                                               : "the coupled solve did not converge") +
-          " at t = " + std::to_string(s.fluid.time) + " s (dt = " + std::to_string(dt) +
-          " s, residual " +
-          std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
+    if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings) throw s.failure(dt, report);
     s.bodies = bodies;
     s.fluid.phi = phi;
     s.fluid.particles = particles;
@@ -656,6 +735,11 @@ StepReport Simulation::step(double dt) {
     s.volume_given_back = volume_given_back;
     if (s.between) s.between->memory = contact_memory;
   }
+}
+
+void Simulation::visit_state(StateArchive& a) {
+  ARCHETIDE_CHECK(!a.reading() || impl_->step_count == 0);
+  impl_->visit_state(a);
 }
 
 void Simulation::set_actuators(std::vector<Actuator> actuators) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/profile.h"
+#include "common/state_file.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/coupling/coupling.h"
@@ -101,6 +102,10 @@ class Simulation {
   const Vec3& water_impulse(int b) const;
   const Vec3& water_angular_impulse(int b) const;
   void reset_water_impulses();
+  /// Everything that the next step depends on, and impulses since the last reset; the scene gives
+  /// the rest. Reading needs a simulation that has made no step. Resumed equals uninterrupted bit
+  /// for bit.
+  void visit_state(StateArchive& a);
   /// Wall seconds by phase since construction.
   const Profile& profile() const;
 

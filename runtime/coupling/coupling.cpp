@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/coupling/hydrostatic_force.h"
+#include "runtime/grid/state_fields.h"
 
 namespace archetide {
 namespace {
@@ -256,8 +257,16 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;
   }
-  divergence_ = wet() ? max_divergence(g, system_, u, coupled) : 0.0;
+  divergence_ = wet() ? max_divergence(g, system_, u, coupled, &divergent_cell_) : 0.0;
   return report;
+}
+
+void Coupling::visit_state(StateArchive& a) {
+  a.field("coupling/carried_velocity", carried_velocity_);
+  if (!wet()) return;
+  grid_field(a, "coupling/valid", valid_);
+  grid_field(a, "coupling/pressure_position", pressure_[0]);
+  grid_field(a, "coupling/pressure_velocity", pressure_[1]);
 }
 
 std::size_t Coupling::bytes() const {

@@ -59,4 +59,15 @@ RunFolder open_run_folder(const std::string& directory) {
   return run;
 }
 
+void remove_frames_from(const std::string& directory, int first) {
+  for (const std::string& name : names_in(directory + "/frames")) {
+    const std::size_t dot = name.find('.');
+    const std::size_t last = name.rfind('.');
+    if (dot == last || dot == std::string::npos) continue;
+    const int number = frame_number(name, name.substr(0, dot), name.substr(last + 1));
+    std::error_code error;
+    if (number >= first) fs::remove(directory + "/frames/" + name, error);
+  }
+}
+
 }  // namespace archetide

@@ -21,6 +21,9 @@ struct RunFolder {
   std::vector<std::string> pictures;  // ascending, PNG
 };
 
+/// Removes frame files with numbers from `first` on, which a resumed run writes again.
+void remove_frames_from(const std::string& directory, int first);
+
 /// Throws FileError when it is no run folder.
 RunFolder open_run_folder(const std::string& directory);
 

@@ -1,7 +1,9 @@
 #include "runtime/output/vtp.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <numeric>
+#include <sstream>
 
 #include "common/atomic_file.h"
 #include "common/byte_stream.h"
@@ -167,6 +169,16 @@ void write_markers_vtp(const std::string& path, const std::vector<Vec3>& positio
   text.close("PointData");
   close_vertices(position, text);
   write_file_atomically(path, text.file(time));
+}
+
+void PvdIndex::resume(int frames) {
+  if (!std::filesystem::exists(path_)) return;
+  std::istringstream lines(read_whole_file(path_));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("<DataSet")) continue;
+    const std::size_t number = line.find('.', line.find("file=\"")) + 1;  // stem.NNNNNN.ext
+    if (std::stoi(line.substr(number, 6)) < frames) entries_ += line + '\n';
+  }
 }
 
 void PvdIndex::add(double time, const std::string& file_name) {

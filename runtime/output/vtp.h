@@ -26,6 +26,8 @@ class PvdIndex {
  public:
   explicit PvdIndex(std::string path) : path_(std::move(path)) {}
   void add(double time, const std::string& file_name);
+  /// Takes over the entries of the file that is there, of frames below `frames`.
+  void resume(int frames);
 
  private:
   std::string path_, entries_;

@@ -260,6 +260,17 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.body_contact = root.boolean("contact.bodies") && root.has("contact");
 }
 
+LimitSpec parse_limits(const Section& s) {
+  LimitSpec limits;
+  limits.volume_drift = optional_number(s, "volume_drift");
+  limits.speed = optional_number(s, "speed");
+  limits.deformation = optional_number(s, "deformation");
+  limits.energy = optional_number(s, "energy");
+  limits.step = optional_number(s, "step");
+  if (s.has("iterations")) limits.iterations = s.integer("iterations");
+  return limits;
+}
+
 ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
   ExpectSpec expect;
   expect.volume_drift = optional_number(s, "volume_drift");
@@ -306,7 +317,10 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.joints.push_back(parse_joint(s, scene, bad));
   for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
   scene.frames = root.strings("output.frames");
-  scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
+  scene.checkpoints = root.has("output.checkpoint");
+  scene.checkpoint_every = root.integer("output.checkpoint.every_frames");
+  scene.checkpoint_keep = root.integer("output.checkpoint.keep");
+  scene.limits = parse_limits(root.section("limits"));
   scene.expect = parse_expect(root.section("expect"), instances, bad);
   scene.text = document.text();
   throw_if_any(bad);

@@ -127,6 +127,16 @@ struct ExpectSpec {
   std::vector<BodyExpectation> bodies;
 };
 
+/// What a run must not exceed; absent: anything goes.
+struct LimitSpec {
+  std::optional<double> volume_drift;  // |V / V0 - 1| of the water
+  std::optional<double> speed;         // of water and bodies, m/s
+  std::optional<double> deformation;   // largest modal displacement / body size
+  std::optional<double> energy;        // gain beyond actuation / largest kinetic and elastic energy
+  std::optional<double> step;          // shortest step, s
+  std::optional<int> iterations;       // of one coupled solve
+};
+
 /// A scene file as plain structs; paths are resolved against the scene's folder.
 struct SceneSpec {
   std::string file;       // as given
@@ -155,7 +165,10 @@ struct SceneSpec {
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;
-  std::optional<double> volume_drift_limit;  // largest |V / V0 - 1|
+  bool checkpoints = false;
+  int checkpoint_every = 12;  // frames
+  int checkpoint_keep = 2;
+  LimitSpec limits;
   ExpectSpec expect;
 
   std::string text;  // TOML of exactly this scene, overrides included

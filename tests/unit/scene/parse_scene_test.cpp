@@ -105,8 +105,14 @@ friction = 0.4
 bodies = false
 [output]
 frames = ["particles.vtp"]
+checkpoint = { every_frames = 6, keep = 3 }
 [limits]
 volume_drift = 0.05
+speed = 20
+deformation = 0.6
+energy = 0.1
+step = 1e-5
+iterations = 60
 [expect]
 volume_drift = 0.02
 iterations = 30
@@ -138,7 +144,15 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.restitution, 0.1);
   EXPECT_EQ(s.friction, 0.4);
   EXPECT_EQ(s.frames, std::vector<std::string>{"particles.vtp"});
-  EXPECT_EQ(s.volume_drift_limit, 0.05);
+  EXPECT_TRUE(s.checkpoints);
+  EXPECT_EQ(s.checkpoint_every, 6);
+  EXPECT_EQ(s.checkpoint_keep, 3);
+  EXPECT_EQ(s.limits.volume_drift, 0.05);
+  EXPECT_EQ(s.limits.speed, 20.0);
+  EXPECT_EQ(s.limits.deformation, 0.6);
+  EXPECT_EQ(s.limits.energy, 0.1);
+  EXPECT_EQ(s.limits.step, 1e-5);
+  EXPECT_EQ(s.limits.iterations, 60);
 
   ASSERT_TRUE(s.fluid);
   EXPECT_EQ(s.fluid->cells, Vec3i(4, 8, 16));
@@ -222,7 +236,8 @@ TEST(ParseScene, AbsentSectionsSwitchOff) {
   EXPECT_TRUE(s.bodies.empty());
   EXPECT_EQ(s.gravity, Vec3(0, 0, -9.81));
   EXPECT_EQ(s.restitution, 0.0);
-  EXPECT_EQ(s.volume_drift_limit, std::nullopt);
+  EXPECT_EQ(s.limits.volume_drift, std::nullopt);
+  EXPECT_FALSE(s.checkpoints);
   const SceneSpec full = parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\n");
   EXPECT_TRUE(full.fluid->water.full);
   EXPECT_EQ(full.fluid->particles_per_cell, 0);
@@ -332,8 +347,6 @@ TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
     expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),
                     "not in this version");
   }
-  expect_contains(complaint("[output]\ncheckpoint = { every_frames = 12, keep = 2 }\n"),
-                  "checkpoints");
 }
 
 TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {
