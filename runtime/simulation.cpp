@@ -615,6 +615,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   std::vector<std::vector<Vec3>> read_points;
   if (options.scheme == Scheme::kNewmark) {
     if (!advance_positions(dt, middle, read_points, report)) return false;
+    if (broken_body(bodies) >= 0) return false;
     resolve_contact(dt, report);
     return advance_velocities(dt, middle, read_points, report);
   }
@@ -650,10 +651,9 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }
 
-// What a step that cannot be taken broke at: a body that was not finite before, or the cell with most divergence left, and the body
+// What a step that cannot be taken broke at: the cell with most divergence left, and the body
 // nearest to it.
 SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report) const {
-  demand_finite(bodies, fluid, report);
   const bool open_joints = report.joint_drift > 0.0;
   Culprit culprit;
   double nearest = INFINITY;
@@ -704,6 +704,9 @@ double Simulation::stable_dt() const {
 StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
   s.admit_bodies();
+  StepReport before;
+  before.t = s.fluid.time;
+  demand_finite(s.bodies, s.fluid, before);
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
   const Array3<double> phi = s.fluid.phi;

@@ -134,17 +134,22 @@ std::optional<Vec3i> broken_cell(const FluidState& fluid) {
 
 }  // namespace
 
-void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
-                   const StepReport& r) {
+int broken_body(const std::vector<ReducedBody>& bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const ReducedBody& body = bodies[b];
-    const int mode = broken_mode(body);
     const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() &&
-                        body.P.allFinite() && body.L.allFinite() && mode < 0;
-    if (!finite)
-      throw SimulationFailure("finite", "a body is no longer finite", r.t,
-                              {static_cast<int>(b), mode, {}});
+                        body.P.allFinite() && body.L.allFinite() && broken_mode(body) < 0;
+    if (!finite) return static_cast<int>(b);
   }
+  return -1;
+}
+
+void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
+                   const StepReport& r) {
+  const int body = broken_body(bodies);
+  if (body >= 0)
+    throw SimulationFailure("finite", "a body is no longer finite", r.t,
+                            {body, broken_mode(bodies[body]), {}});
   if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
     throw SimulationFailure("finite", "the water is no longer finite", r.t,
                             {-1, -1, broken_cell(fluid)});

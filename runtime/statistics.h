@@ -24,6 +24,9 @@ double deformation(const ReducedBody& body);
 /// Largest |velocity| of a surface vertex, m/s.
 double largest_surface_speed(const ReducedBody& body);
 
+/// The first body that is not finite, or -1.
+int broken_body(const std::vector<ReducedBody>& bodies);
+
 /// Throws SimulationFailure naming the body and mode, or the cell, if anything is not finite.
 void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
                    const StepReport& report);

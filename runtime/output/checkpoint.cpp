@@ -25,12 +25,17 @@ std::string file_name(int frame) {
   return name;
 }
 
+bool is_checkpoint(const std::string& name) {
+  return name.size() == 9 && name.ends_with(".h5") && name.find_first_not_of("0123456789") == 6;
+}
+
 // Checkpoints in a folder, the oldest first.
 std::vector<std::string> checkpoints_in(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension() == ".h5") names.push_back(entry.path().filename().string());
+    if (is_checkpoint(entry.path().filename().string()))
+      names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
 }

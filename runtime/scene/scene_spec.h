@@ -129,12 +129,12 @@ struct ExpectSpec {
 
 /// What a run must not exceed; absent: anything goes.
 struct LimitSpec {
-  std::optional<double> volume_drift;  // |V / V0 - 1| of the water
-  std::optional<double> speed;         // of water and bodies, m/s
-  std::optional<double> deformation;   // largest modal displacement / body size
-  std::optional<double> energy;        // gain beyond actuation / largest kinetic and elastic energy
-  std::optional<double> step;          // shortest step, s
-  std::optional<int> iterations;       // of one coupled solve
+  std::optional<double> volume_drift = {};  // |V / V0 - 1| of the water
+  std::optional<double> speed = {};         // of water and bodies, m/s
+  std::optional<double> deformation = {};   // largest modal displacement / body size
+  std::optional<double> energy = {};        // gain beyond actuation / largest kinetic and elastic
+  std::optional<double> step = {};          // shortest step, s
+  std::optional<int> iterations = {};       // of one coupled solve
 };
 
 /// A scene file as plain structs; paths are resolved against the scene's folder.

@@ -277,8 +277,7 @@ TEST_F(FailedRun, LimitsNameTheCulpritAndReplayFromTheLastCheckpoint) {
   EXPECT_TRUE(fs::exists(folder_ + "s/failure/start.h5"));
   expect_replay_fails_alike("s");
 
-  for (const char* limit :
-       {"limits.step=0.1", "limits.iterations=1", "limits.volume_drift=1e-9", "limits.energy=1e-9"})
+  for (const char* small : {"limits.step=0.1", "limits.iterations=1", "limits.volume_drift=1e-9"})
     EXPECT_EQ(run(out("other") + " --replace --set " + small), 3) << small << err();
   EXPECT_EQ(run(out("fine") + " --set limits.speed=100 --set limits.energy=0.5 --set "
                               "limits.step=1e-6 --set limits.iterations=100"),
