@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/coupling/hydrostatic_force.h"
+#include "runtime/grid/state_fields.h"
 
 namespace archetide {
 namespace {
@@ -76,7 +77,8 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
     const auto& mid = in.read_points.empty() ? surfaces_[b].points : in.read_points;
     hydro = hydrostatic_force(options_.grid, surfaces_[b], mid, system_);
   }
-  const VecX force = weight + hydro;
+  VecX force = weight + hydro;
+  if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);
@@ -255,8 +257,16 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;
   }
-  divergence_ = wet() ? max_divergence(g, system_, u, coupled) : 0.0;
+  divergence_ = wet() ? max_divergence(g, system_, u, coupled, &divergent_cell_) : 0.0;
   return report;
+}
+
+void Coupling::visit_state(StateArchive& a) {
+  a.field("coupling/carried_velocity", carried_velocity_);
+  if (!wet()) return;
+  grid_field(a, "coupling/valid", valid_);
+  grid_field(a, "coupling/pressure_position", pressure_[0]);
+  grid_field(a, "coupling/pressure_velocity", pressure_[1]);
 }
 
 std::size_t Coupling::bytes() const {

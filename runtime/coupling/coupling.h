@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/state_file.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/joint.h"
 #include "runtime/contact/body_contacts.h"
@@ -35,7 +36,8 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
-  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -78,13 +80,17 @@ class Coupling {
   const Array3<double>& last_pressure(Stage stage) const {
     return pressure_[stage == Stage::kVelocityFull];
   }
-  double last_divergence() const { return divergence_; }  // 1/s
+  double last_divergence() const { return divergence_; }                // 1/s
+  const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
   /// Of the last solve: momentum and kinetic energy of the water that moves with bodies (DualFace).
   const Vec3& carried_momentum() const { return carried_momentum_; }  // N s
   double carried_energy() const { return carried_energy_; }           // J
   /// Wall seconds that contacts between bodies took in the last couple().
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
+
+  /// What the next solve starts from; the rest follows from update_geometry().
+  void visit_state(StateArchive& a);
 
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
@@ -116,6 +122,7 @@ class Coupling {
   Array3<double> pressure_[2];          // first guess of each stage
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
+  Vec3i divergent_cell_ = Vec3i::Zero();
   Vec3 carried_momentum_ = Vec3::Zero();
   double carried_energy_ = 0.0;
   double contact_seconds_ = 0.0;

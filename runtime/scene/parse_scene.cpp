@@ -1,5 +1,6 @@
 #include "runtime/scene/parse_scene.h"
 
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 
@@ -71,6 +72,26 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
     bad.push_back(s.error("grid", "more than 2e9 cells", "use a coarser grid"));
   }
   return fluid;
+}
+
+MarkersSpec parse_markers(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  MarkersSpec markers;
+  markers.where = s.location();
+  markers.count = s.integer("count");
+  markers.seed = static_cast<unsigned>(s.integer("seed"));
+  if (!scene.fluid) bad.push_back(s.error("", "markers need water", "give [fluid]"));
+  if (s.has("box")) {
+    const std::vector<Vec3> corners = s.points("box");
+    if (corners.size() == 2)
+      markers.box = parse_corners(s, "box", corners[0], corners[1], bad);
+    else
+      bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
+  }
+  const bool centre = s.has("centre"), radius = s.has("radius");
+  if (centre && radius) markers.ball = SphereSpec{s.vec3("centre"), s.number("radius")};
+  if (centre != radius || s.has("box") == centre)
+    bad.push_back(s.error("", "expected a box, or centre and radius of a ball"));
+  return markers;
 }
 
 Quat parse_rotation(const Section& s, Complaints& bad) {
@@ -188,6 +209,39 @@ JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad)
   return joint;
 }
 
+ActuationDirection parse_direction(const Section& s, Complaints& bad) {
+  using Kind = ActuationDirection::Kind;
+  if (!s.is_string("direction")) {
+    const Vec3 vector = s.vec3("direction");
+    if (vector.norm() == 0.0) bad.push_back(s.error("direction", "the vector has no length"));
+    return {Kind::kVector, vector};
+  }
+  const std::string word = s.string("direction");
+  return {word == "radial" ? Kind::kRadial : word == "inward" ? Kind::kInward : Kind::kNormal};
+}
+
+ForceSpec parse_force(const Section& s, Complaints& bad) {
+  ForceSpec force;
+  force.body_where = s.location("body");
+  force.points_where = s.location("points");
+  force.direction_where = s.location("direction");
+  force.body = s.string("body");
+  force.points = s.string("points");
+  force.direction = parse_direction(s, bad);
+  force.amplitude = s.number("amplitude");
+  force.period = s.number("period");
+  force.phase = s.number("phase") * std::numbers::pi / 180.0;
+  force.random_phases = s.string("phases") == "random";
+  force.seed = static_cast<unsigned>(s.integer("seed"));
+  force.balanced = s.string("balance") == "points";
+  force.start = s.number("start");
+  force.end = optional_number(s, "end");
+  if (force.end.value_or(INFINITY) <= force.start)
+    bad.push_back(s.error("end", "the force ends before it starts",
+                          "it starts at " + std::to_string(force.start) + " s"));
+  return force;
+}
+
 void parse_method(const Section& root, SceneSpec& scene) {
   const Section step = root.section("step"), coupling = root.section("coupling");
   scene.cfl = step.number("cfl");
@@ -204,6 +258,17 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.restitution = root.number("contact.restitution");
   scene.friction = root.number("contact.friction");
   scene.body_contact = root.boolean("contact.bodies") && root.has("contact");
+}
+
+LimitSpec parse_limits(const Section& s) {
+  LimitSpec limits;
+  limits.volume_drift = optional_number(s, "volume_drift");
+  limits.speed = optional_number(s, "speed");
+  limits.deformation = optional_number(s, "deformation");
+  limits.energy = optional_number(s, "energy");
+  limits.step = optional_number(s, "step");
+  if (s.has("iterations")) limits.iterations = s.integer("iterations");
+  return limits;
 }
 
 ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
@@ -238,6 +303,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   scene.fps = root.number("time.fps");
   parse_method(root, scene);
   if (root.has("fluid")) scene.fluid = parse_fluid(root.section("fluid"), scene, bad);
+  for (const Section& s : root.sections("markers"))
+    scene.markers.push_back(parse_markers(s, scene, bad));
   for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
   int instances = static_cast<int>(scene.bodies.size());
   for (const Section& s : root.sections("scatter")) {
@@ -248,8 +315,12 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.statics.push_back(parse_static(s, scene, bad));
   for (const Section& s : root.sections("joint"))
     scene.joints.push_back(parse_joint(s, scene, bad));
+  for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
   scene.frames = root.strings("output.frames");
-  scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
+  scene.checkpoints = root.has("output.checkpoint");
+  scene.checkpoint_every = root.integer("output.checkpoint.every_frames");
+  scene.checkpoint_keep = root.integer("output.checkpoint.keep");
+  scene.limits = parse_limits(root.section("limits"));
   scene.expect = parse_expect(root.section("expect"), instances, bad);
   scene.text = document.text();
   throw_if_any(bad);

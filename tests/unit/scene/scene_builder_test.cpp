@@ -97,6 +97,76 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                   "m from the centre of tetra, a soft body");
 }
 
+TEST_F(BuildScene, ForcesActOnEveryBodyOfTheirNameWithPhasesBySeed) {
+  Archetype a = tetrahedron_archetype("driven");
+  a.surface_modes = MatX::Zero(12, 2);  // a mode that spreads the corners
+  for (int v = 0; v < 4; ++v) a.surface_modes.block<3, 1>(3 * v, 0) = a.surface.vertices[v];
+  a.point_sets = {{"all", {0, 1, 2, 3}}, {"one", {2}}};
+  write_archetype(folder_ / "driven.h5", a);
+  const std::string scatter =
+      "[[scatter]]\narchetype = \"driven\"\ncount = 3\nbox = [[0, 0, 0], [9, 9, 9]]\n"
+      "[[body]]\nname = \"stiff\"\narchetype = \"driven\"\nposition = [20, 0, 0]\nmodes = 0\n";
+  const auto force = [&](const std::string& rest) {
+    return scatter + "[[force]]\namplitude = 2\nperiod = 0.5\n" + rest;
+  };
+  const BuiltScene built =
+      build(force("body = \"driven\"\npoints = \"all\"\nphases = \"random\"\nphase = 90\n"));
+  ASSERT_EQ(built.actuators.size(), 3u);
+  for (int n = 0; n < 3; ++n) {
+    EXPECT_EQ(built.actuators[n].body, n + 1);  // the [[body]] stands first
+    EXPECT_EQ(built.actuators[n].amplitude, 2.0);
+    EXPECT_EQ(built.actuators[n].pattern, built.actuators[0].pattern);  // shared
+    EXPECT_GE(built.actuators[n].phase, EIGEN_PI / 2.0);
+  }
+  EXPECT_NE(built.actuators[0].phase, built.actuators[1].phase);
+  const BuiltScene same = build(force("body = \"driven\"\npoints = \"all\"\n"));
+  EXPECT_EQ(same.actuators[0].phase, same.actuators[2].phase);
+
+  const auto wrong = [&](const std::string& rest) {
+    return message_of<InputError>([&] { build(force(rest)); });
+  };
+  expect_contains(wrong("body = \"drivem\"\npoints = \"all\"\n"), "s.scene.toml:15");
+  expect_contains(wrong("body = \"drivem\"\npoints = \"all\"\n"), "did you mean \"driven\"?");
+  expect_contains(wrong("body = \"driven\"\npoints = \"al\"\n"), "has no point set \"al\"");
+  expect_contains(wrong("body = \"stiff\"\npoints = \"all\"\n"), "is rigid");
+  expect_contains(wrong("body = \"driven\"\npoints = \"one\"\n"), "takes the whole force away");
+  expect_contains(wrong("body = \"driven\"\npoints = \"all\"\ndirection = [0, 0, 1]\n"),
+                  "balance = \"body\"");
+  // the modes have no momentum of their own, so a push of all points alike does not reach them
+  expect_contains(wrong("body = \"driven\"\npoints = \"all\"\ndirection = [0, 0, 1]\n"
+                        "balance = \"body\"\n"),
+                  "none of the 2 modes of archetype driven gives way");
+}
+
+TEST_F(BuildScene, MarkersLieInTheWaterOfTheirPlaces) {
+  const std::string tank = "[fluid]\ngrid = [8, 8, 8]\ncell = 0.125\nwater = { level = 0.5 }\n";
+  const auto markers = [&](const std::string& place) {
+    folder_.write("s.scene.toml", kHead + tank + "[[markers]]\ncount = 500\n" + place);
+    ArchetypeLibrary library(folder_.path(), folder_.path());
+    const SceneSpec scene = parse_scene(folder_ / "s.scene.toml");
+    return make_simulation(build_scene(scene, library), scene).fluid().markers;
+  };
+  const auto in_box = markers("box = [[0.2, 0.1, 0.1], [0.4, 2.0, 2.0]]\n");
+  ASSERT_EQ(in_box.size(), 500u);
+  for (const Vec3& x : in_box) {
+    EXPECT_TRUE(x[0] >= 0.2 && x[0] <= 0.4 && x[1] <= 1.0);
+    EXPECT_LE(x[2], 0.5);
+  }
+  const auto in_ball = markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\n");
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : in_ball) {
+    EXPECT_LE((x - Vec3(0.5, 0.5, 0.3)).norm(), 0.1);
+    mean += x / 500.0;
+  }
+  EXPECT_LE((mean - Vec3(0.5, 0.5, 0.3)).norm(), 0.01);  // 0.1 sqrt(3/5) / sqrt(500) = 0.0035
+  EXPECT_EQ(in_ball, markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\n"));
+  EXPECT_NE(in_ball, markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\nseed = 2\n"));
+  const std::string dry =
+      message_of<InputError>([&] { markers("box = [[0, 0, 0.6], [1, 1, 1]]\n"); });
+  expect_contains(dry, "next to no water where these markers should be");
+  expect_contains(dry, "s.scene.toml:7");
+}
+
 TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
   EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);
