@@ -11,16 +11,14 @@ namespace {
 // linear.
 class TriangleForce {
  public:
-  TriangleForce(const BodySurface& s, VecX& force) : s_(s), force_(force), phi_n_(3, s.body->r) {}
+  TriangleForce(const WetSurface& s, std::vector<VecX>& forces)
+      : s_(s), forces_(forces), shares_(s.members.size()), moves_(s.members.size()) {}
 
   void start(const Vec3i& t) {
-    t_ = t;
-    for (int v = 0; v < 3; ++v) corner_[v] = s_.points[t[v]];
+    for (int v = 0; v < 3; ++v) corner_[v] = (*s_.points)[t[v]];
     normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]).stableNormalized();
-    const Vec3 n_body = s_.R.transpose() * normal_;
-    const MatX& modes = s_.body->archetype->surface_modes;
-    for (int i = 0; i < s_.body->r; ++i)
-      for (int v = 0; v < 3; ++v) phi_n_(v, i) = modes.col(i).segment<3>(3 * t[v]).dot(n_body);
+    for (std::size_t m = 0; m < shares_.size(); ++m)
+      moves_[m] = shares_[m].start(s_, s_.members[m], t);
   }
   Vec3 at(const Vec3& bary) const {
     return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
@@ -34,30 +32,32 @@ class TriangleForce {
     const double h_sum = h[0] + h[1] + h[2];
     Vec3 mean_weight = Vec3::Zero();  // integral of h times the weights of the whole triangle
     for (int a = 0; a < 3; ++a) mean_weight += area / 12.0 * (h[a] + h_sum) * w[a];
-    const Vec3 f = area / 3.0 * h_sum * normal_;
-    force_.head<3>() -= f;
-    force_.segment<3>(3) -= (at(mean_weight) - mean_weight.sum() * s_.centre).cross(normal_);
-    force_.tail(s_.body->r).noalias() -= phi_n_.transpose() * mean_weight;
+    for (std::size_t m = 0; m < shares_.size(); ++m)
+      if (moves_[m]) shares_[m].add(-mean_weight, normal_, forces_[m].data());
   }
 
  private:
-  const BodySurface& s_;
-  VecX& force_;
-  Vec3i t_;
+  const WetSurface& s_;
+  std::vector<VecX>& forces_;
+  std::vector<MemberTriangle> shares_;
+  std::vector<char> moves_;
   Vec3 corner_[3], normal_;
-  MatX phi_n_;  // 3 x r, phi_i . n at the triangle's vertices
 };
 
 enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 
-}  // namespace
+// What the surface carries beside p', or all of the still water's pressure (p' left out of no
+// cell).
+enum class Part { kBesideDynamic, kStill };
 
-VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
-                       const PressureSystem& water) {
+std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
+                            const std::vector<Vec3>& read_points, const PressureSystem& water,
+                            Part part_of_pressure) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
-  VecX force = VecX::Zero(s.body->dofs());
-  TriangleForce triangle(s, force);
+  std::vector<VecX> forces;
+  for (const WetSurface::Member& m : s.members) forces.push_back(VecX::Zero(m.body->body->dofs()));
+  TriangleForce triangle(s, forces);
   const Array3<CellKind>& kind = water.matrix.kind;
   const Vec3 rho_g = hydro.density * hydro.gravity;
   const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
@@ -75,14 +75,14 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
     return true;
   };
 
-  for (const Vec3i& t : s.body->archetype->surface.triangles) {
+  for (const Vec3i& t : *s.triangles) {
     triangle.start(t);
     const Vec3 read[3] = {read_points[t[0]], read_points[t[1]], read_points[t[2]]};
     const auto read_at = [&](const Vec3& w) {
       return Vec3(w[0] * read[0] + w[1] * read[1] + w[2] * read[2]);
     };
     Vec3 x[3];
-    for (int v = 0; v < 3; ++v) x[v] = (s.points[t[v]] - g.origin) / g.dx;
+    for (int v = 0; v < 3; ++v) x[v] = ((*s.points)[t[v]] - g.origin) / g.dx;
     if (is_deep(x)) {
       const Vec3 w[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
       const double h[3] = {rho_g.dot(read[0] - hydro.reference),
@@ -93,7 +93,8 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
     }
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) return;
-      const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
+      const bool unknown = part_of_pressure == Part::kBesideDynamic &&
+                           kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
@@ -127,8 +128,32 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
     });
   }
   // The modes without the spin they carry (B in place of phi).
-  force.tail(s.body->r).noalias() -= s.terms.spin_of_modes.transpose() * force.segment<3>(3);
-  return force;
+  for (std::size_t m = 0; m < forces.size(); ++m) {
+    const BodySurface& body = *s.members[m].body;
+    forces[m].tail(body.body->r).noalias() -=
+        body.terms.spin_of_modes.transpose() * forces[m].segment<3>(3);
+  }
+  return forces;
+}
+
+}  // namespace
+
+VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
+                       const PressureSystem& water) {
+  return forces_on(g, wet_surface(s), read_points, water, Part::kBesideDynamic)[0];
+}
+
+std::vector<VecX> hydrostatic_forces(const Grid& g, const WetSurface& skin,
+                                     const std::vector<Vec3>& read_points,
+                                     const std::vector<const std::vector<Vec3>*>& own_read,
+                                     const PressureSystem& water) {
+  std::vector<VecX> forces = forces_on(g, skin, read_points, water, Part::kBesideDynamic);
+  const std::vector<VecX> still = forces_on(g, skin, read_points, water, Part::kStill);
+  for (std::size_t m = 0; m < forces.size(); ++m) {
+    const WetSurface own = wet_surface(*skin.members[m].body);
+    forces[m] += forces_on(g, own, *own_read[m], water, Part::kStill)[0] - still[m];
+  }
+  return forces;
 }
 
 }  // namespace archetide
