@@ -66,19 +66,6 @@ void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3
     arms[k] = R * (share.rest[k] + u.segment<3>(3 * static_cast<long>(k)));
 }
 
-void skin_points(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies,
-                 std::vector<Vec3>& points) {
-  points.assign(skin.shape->skin->surface.vertices.size(), Vec3::Zero());
-  std::vector<Vec3> arms;
-  for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
-    const SkinShare& share = skin.shape->shares[p];
-    const ReducedBody& body = bodies[skin.bodies[p]];
-    skin_arms(share, body, arms);
-    for (std::size_t k = 0; k < arms.size(); ++k)
-      points[share.vertices[k]] += share.weights[k] * (body.position + arms[k]);
-  }
-}
-
 std::vector<Joint> skin_joints(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies) {
   std::vector<Joint> joints;
   for (const SkinJoint& joint : skin.shape->skin->joints) {

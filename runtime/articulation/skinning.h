@@ -38,9 +38,19 @@ struct SkinnedBodies {
 /// m.
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms);
 
-/// Where the skin is, n, m.
-void skin_points(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies,
-                 std::vector<Vec3>& points);
+/// Where the skin is, n, m. `body_of(b)`: the body of index b.
+template <class BodyOf>
+void skin_points(const SkinnedBodies& skin, const BodyOf& body_of, std::vector<Vec3>& points) {
+  points.assign(skin.shape->skin->surface.vertices.size(), Vec3::Zero());
+  std::vector<Vec3> arms;
+  for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
+    const SkinShare& share = skin.shape->shares[p];
+    const ReducedBody& body = body_of(skin.bodies[p]);
+    skin_arms(share, body, arms);
+    for (std::size_t k = 0; k < arms.size(); ++k)
+      points[share.vertices[k]] += share.weights[k] * (body.position + arms[k]);
+  }
+}
 
 /// Joints of the skin's parts, at these bodies as they stand.
 std::vector<Joint> skin_joints(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies);

@@ -55,6 +55,20 @@ WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>
   return wet;
 }
 
+void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points) {
+  for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
+    const SkinShare& share = skin.shape->shares[p];
+    const std::vector<Vec3>&from = surfaces[skin.bodies[p]].points, &there = *to[p];
+    if (&from == &there) continue;
+    for (std::size_t k = 0; k < share.vertices.size(); ++k)
+      for (int c = 0; c < 3; ++c) {
+        const int v = share.corners[k][c];
+        points[share.vertices[k]] += share.weights[k] * share.bary[k][c] * (there[v] - from[v]);
+      }
+  }
+}
+
 bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& member,
                            const Vec3i& t) {
   body_ = member.body;

@@ -47,6 +47,11 @@ WetSurface wet_surface(const BodySurface& surface);
 WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
                        const std::vector<Vec3>& points);
 
+/// Moves the points of a skin by the mean of what moves its members' own surfaces, from where they
+/// stand to `to[member]`.
+void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points);
+
 /// The corners of one triangle as one body moves them: J of Section 5.3 with the weights of Section
 /// 7, w_b [1, -[x_b - t_b]x, phi_b], linear in between.
 class MemberTriangle {

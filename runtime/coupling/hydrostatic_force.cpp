@@ -48,11 +48,11 @@ enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 
 // What the surface carries beside p', or all of the still water's pressure (p' left out of no
 // cell).
-enum class Part { kBesideDynamic, kStill };
+enum class Loads { kBesideDynamic, kStill };
 
 std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
                             const std::vector<Vec3>& read_points, const PressureSystem& water,
-                            Part part_of_pressure) {
+                            Loads loads) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
   std::vector<VecX> forces;
@@ -93,8 +93,8 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
     }
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) return;
-      const bool unknown = part_of_pressure == Part::kBesideDynamic &&
-                           kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
+      const bool unknown =
+          loads == Loads::kBesideDynamic && kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
@@ -140,18 +140,18 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
 
 VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
                        const PressureSystem& water) {
-  return forces_on(g, wet_surface(s), read_points, water, Part::kBesideDynamic)[0];
+  return forces_on(g, wet_surface(s), read_points, water, Loads::kBesideDynamic)[0];
 }
 
 std::vector<VecX> hydrostatic_forces(const Grid& g, const WetSurface& skin,
                                      const std::vector<Vec3>& read_points,
                                      const std::vector<const std::vector<Vec3>*>& own_read,
                                      const PressureSystem& water) {
-  std::vector<VecX> forces = forces_on(g, skin, read_points, water, Part::kBesideDynamic);
-  const std::vector<VecX> still = forces_on(g, skin, read_points, water, Part::kStill);
+  std::vector<VecX> forces = forces_on(g, skin, read_points, water, Loads::kBesideDynamic);
+  const std::vector<VecX> still = forces_on(g, skin, read_points, water, Loads::kStill);
   for (std::size_t m = 0; m < forces.size(); ++m) {
     const WetSurface own = wet_surface(*skin.members[m].body);
-    forces[m] += forces_on(g, own, *own_read[m], water, Part::kStill)[0] - still[m];
+    forces[m] += forces_on(g, own, *own_read[m], water, Loads::kStill)[0] - still[m];
   }
   return forces;
 }

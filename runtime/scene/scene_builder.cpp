@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "runtime/scene/add_skins.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/scatter.h"
@@ -196,6 +197,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     }
   };
   for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
+  if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] { add_scatter(spec, library, built); });
   for (const StaticSpec& spec : scene.statics) {
@@ -210,7 +212,8 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
 
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
-                    std::move(built.obstacles), std::move(built.release), std::move(built.joints));
+                    std::move(built.obstacles), std::move(built.release), std::move(built.joints),
+                    std::move(built.skins));
 }
 
 }  // namespace archetide
