@@ -126,7 +126,8 @@ class FluxColumns {
     return at;
   }
   double* column(const Vec3i& cell) {
-    return columns_.data() + static_cast<std::size_t>(slot(cell)) * dofs_;
+    const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
+    return columns_.data() + first;
   }
   /// B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
   BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {

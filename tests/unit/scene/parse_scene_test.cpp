@@ -76,6 +76,19 @@ points = [[0.1, 0, 0], [0, 0.2, 0]]
 frame = "hip"
 type = "weld"
 point_set = "rim"
+[[skin]]
+name = "jelly"
+archetype = "jelly_skin"
+parts = ["bell", "../special/arm.h5"]
+position = [1, 2, 3]
+rotation = { axis = [0, 1, 0], degrees = 180 }
+velocity = [0, 0, 2]
+angular_velocity = [0, 4, 0]
+density = 900
+modes = 4
+[[skin]]
+archetype = "../special/own.h5"
+bodies = ["first"]
 [contact]
 restitution = 0.1
 friction = 0.4
@@ -161,11 +174,41 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(joint.frame_points, 3);
   EXPECT_EQ(joint.point_set, "rim");
 
+  const SkinSpec& skin = s.skins.at(0);
+  EXPECT_EQ(skin.archetype, "jelly_skin");
+  EXPECT_EQ(skin.bodies, (std::vector<int>{1, 2}));  // behind the [[body]]s
+  EXPECT_EQ(skin.position, Vec3(1, 2, 3));
+  EXPECT_NEAR((skin.rotation * Vec3(0, 0, 1) - Vec3(0, 0, -1)).norm(), 0.0, 1e-15);
+  EXPECT_EQ(skin.velocity, Vec3(0, 0, 2));
+  EXPECT_EQ(skin.angular_velocity, Vec3(0, 4, 0));
+  EXPECT_EQ(s.bodies.at(1).name, "jelly.bell");
+  EXPECT_EQ(s.bodies.at(1).density, 900.0);
+  EXPECT_EQ(s.bodies.at(2).name, "jelly.arm");
+  EXPECT_EQ(s.bodies.at(2).archetype, "special/arm.h5");
+  EXPECT_EQ(s.bodies.at(2).modes, 4);
+  EXPECT_EQ(s.skins.at(1).archetype, "special/own.h5");
+  EXPECT_EQ(s.skins.at(1).bodies, std::vector<int>{0});
+
   EXPECT_EQ(s.statics.at(0).mesh, "meshes/rocks.obj");
   EXPECT_EQ(s.statics.at(0).scale, 2.0);
   EXPECT_EQ(s.expect.iterations, 30);
   EXPECT_EQ(s.expect.bodies.at(0).z_max, 0.4);
   EXPECT_EQ(s.expect.bodies.at(0).window, 0.5);
+}
+
+/// Whether a key is there, in any entry of a list.
+bool stands_in(const ParamNode& node, const std::string& path) {
+  const std::size_t dot = std::min(path.find('.'), path.size());
+  std::string name = path.substr(0, dot);
+  const std::string rest = dot < path.size() ? path.substr(dot + 1) : "";
+  const bool list = name.ends_with("[]");
+  if (list) name.resize(name.size() - 2);
+  const ParamNode* at = node.find(name);
+  if (!at) return false;
+  if (!list) return rest.empty() || stands_in(*at, rest);
+  for (const auto& item : at->items)
+    if (rest.empty() || stands_in(item, rest)) return true;
+  return false;
 }
 
 TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
@@ -174,19 +217,25 @@ TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
   const ParamNode root = parse_param_text(std::string(kHead) + kEverything, "everything");
   for (const Key& key : scene_schema().keys()) {
     if (!key.later.empty() && key.later_values.empty()) continue;
-    const ParamNode* at = &root;
-    std::size_t begin = 0;
-    while (at && begin < key.path.size()) {
-      const std::size_t dot = std::min(key.path.find('.', begin), key.path.size());
-      std::string name = key.path.substr(begin, dot - begin);
-      const bool list = name.ends_with("[]");
-      if (list) name.resize(name.size() - 2);
-      at = at->find(name);
-      if (at && list) at = at->items.empty() ? nullptr : &at->items[0];
-      begin = dot + 1;
-    }
-    EXPECT_TRUE(at) << key.path;
+    EXPECT_TRUE(stands_in(root, key.path)) << key.path;
   }
+}
+
+TEST(ParseScene, SkinsNameTheirBodiesOnce) {
+  const std::string bodies =
+      "[[body]]\nname = \"bell\"\narchetype = \"b\"\nposition = [0, 0, 0]\n"
+      "[[body]]\nname = \"arm\"\narchetype = \"a\"\nposition = [0, 0, 0]\n";
+  const auto skin = [&](const std::string& keys) {
+    return complaint(bodies + "[[skin]]\narchetype = \"s\"\n" + keys);
+  };
+  expect_contains(skin("bodies = [\"bel\", \"arm\"]\n"), "did you mean \"bell\"?");
+  expect_contains(skin("bodies = [\"arm\", \"arm\"]\n"), "\"arm\" stands twice");
+  expect_contains(skin("bodies = [\"arm\"]\n[[skin]]\narchetype = \"s\"\nbodies = [\"arm\"]\n"),
+                  "\"arm\" has a skin already");
+  expect_contains(skin("bodies = [\"bell\"]\nposition = [0, 0, 0]\n"), "position belongs to parts");
+  expect_contains(skin("parts = [\"a\"]\n"), "position is missing");
+  expect_contains(skin("parts = [\"a\"]\nbodies = [\"arm\"]\nposition = [0, 0, 0]\n"),
+                  "expected either parts or bodies");
 }
 
 TEST(ParseScene, AbsentSectionsSwitchOff) {
@@ -256,7 +305,6 @@ TEST(ParseScene, JointsNameBodiesAndHavePoints) {
 
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
-  expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
   expect_contains(complaint("[[force]]\n"), "actuation forces ([[force]])");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
