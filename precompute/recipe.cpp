@@ -154,10 +154,6 @@ Keys solid_keys() {
        .range = between(1, 2),
        .fallback = "2",
        .meaning = "1: linear tets; 2: quadratic ones with curved boundary"},
-      {.path = "material",
-       .type = kTable,
-       .fallback = "absent",
-       .meaning = "must be given, except for a skin"},
       {.path = "material.density",
        .type = kNumber,
        .unit = "kg/m^3",
@@ -311,29 +307,33 @@ Region read_region(const Section& s, Instead instead = Instead::kNothing) {
   Region region;
   const bool list = instead == Instead::kList && s.has("list");
   const bool group = instead == Instead::kGroup && s.has("group");
-  if (s.has("box") + s.has("center") + s.has("axis") + s.has("plane") + list + group != 1)
-    throw InputError({s.error("", std::string("needs one of box, center with radius, axis with "
-                                              "radius, ") +
-                                      (instead == Instead::kList    ? "plane, and list"
-                                       : instead == Instead::kGroup ? "plane, and group"
-                                                                    : "and plane"))});
+  const bool axis = s.has("axis"), ball = s.has("center") || (s.has("radius") && !axis);
+  if (s.has("box") + ball + axis + s.has("plane") + list + group != 1)
+    throw InputError(
+        {s.error("", std::string("needs one of box, center with radius, axis with radius, ") +
+                         (instead == Instead::kList    ? "plane, and list"
+                          : instead == Instead::kGroup ? "plane, and group"
+                                                       : "and plane"))});
   const auto pair = [&](const std::string& key, const char* complaint) {
     const std::vector<Vec3> points = s.points(key);
-    if (points.size() != 2 || points[0] == points[1]) throw InputError({s.error(key, complaint)});
+    if (points.size() != 2) throw InputError({s.error(key, complaint)});
     return std::pair(points[0], points[1]);
   };
-  const bool round = s.has("center") || s.has("axis");
-  if (round != s.has("radius"))
-    throw InputError({s.error("", "radius belongs to center (a ball) or axis (a cylinder)")});
   if (group) region.group = s.string("group");
   if (list) region.list = s.points("list");
   if (s.has("box")) {
     const auto [p, q] = pair("box", "a box has two corners, [[x, y, z], [x, y, z]]");
     region.box = {p.cwiseMin(q), p.cwiseMax(q)};
   }
-  if (s.has("center")) region.ball = {s.vec3("center"), s.number("radius")};
-  if (s.has("axis")) {
+  if (ball) {
+    if (!s.has("center") || !s.has("radius"))
+      throw InputError({s.error("", "a ball needs both center and radius")});
+    region.ball = {s.vec3("center"), s.number("radius")};
+  }
+  if (axis) {
     const auto [from, to] = pair("axis", "an axis has two ends, [[x, y, z], [x, y, z]]");
+    if (!s.has("radius") || from == to)
+      throw InputError({s.error("", "a cylinder needs an axis of some length and a radius")});
     region.cylinder = {from, to, s.number("radius")};
   }
   if (s.has("plane")) {
@@ -457,24 +457,39 @@ SkinRecipe read_skin(const Section& root, const std::string& path) {
 
 }  // namespace
 
+namespace {
+
+Schema make_schema(bool of_skin) {
+  Keys keys;
+  if (of_skin)
+    keys.push_back({.path = "material",
+                    .type = kTable,
+                    .fallback = "absent",
+                    .meaning = "that of the parts; it has none of its own"});
+  for (const Keys& part :
+       {surface_keys(), region_keys("cut[]"), skin_keys(), solid_keys(),
+        region_keys("material_region[]"), point_keys(), region_keys("points[]"), motion_keys()})
+    keys.insert(keys.end(), part.begin(), part.end());
+  return Schema("body file (NAME.body.toml)", keys);
+}
+
+}  // namespace
+
 const Schema& body_schema() {
-  static const Schema schema = [] {
-    Keys keys;
-    for (const Keys& part :
-         {surface_keys(), region_keys("cut[]"), skin_keys(), solid_keys(),
-          region_keys("material_region[]"), point_keys(), region_keys("points[]"), motion_keys()})
-      keys.insert(keys.end(), part.begin(), part.end());
-    return Schema("body file (NAME.body.toml)", keys);
-  }();
+  static const Schema schema = make_schema(false);
   return schema;
 }
 
 Recipe read_recipe(const std::string& path) {
-  const Document document = Document::read(path, body_schema());
+  const std::string text = read_param_file(path);
+  const bool is_skin = parse_param_text(text, path).find("skin") != nullptr;
+  // A skin has no material.
+  const Document document =
+      Document::parse(text, path, is_skin ? make_schema(true) : body_schema());
   const Section root = document.root();
   Recipe r;
   r.path = path;
-  r.text = read_whole_file(path);
+  r.text = text;
   r.name = body_name(path);
   root.integer("schema");
   r.mesh = root.string("mesh");
@@ -483,14 +498,11 @@ Recipe read_recipe(const std::string& path) {
   r.scale = root.number("scale");
 
   r.repair = read_repair(root);
-  if (root.has("skin")) {
+  if (is_skin) {
     r.skin = read_skin(root, path);
     document.check_all_read();
     return r;
   }
-  if (!root.has("material"))
-    throw InputError({root.error("", "material is missing",
-                                 "material = { density = .., young = .., poisson = .. }")});
   r.cuts = read_cuts(root);
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");

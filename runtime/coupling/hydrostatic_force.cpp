@@ -46,8 +46,7 @@ class TriangleForce {
 
 enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 
-// What the surface carries beside p', or all of the still water's pressure (p' left out of no
-// cell).
+// What the surface carries beside p', or rho g . (x - x_ref) wherever it is wet.
 enum class Loads { kBesideDynamic, kStill };
 
 std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
@@ -93,8 +92,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
     }
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) return;
-      const bool unknown =
-          loads == Loads::kBesideDynamic && kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
+      const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
@@ -102,8 +100,9 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
       ClipPolygon part;
       for (const bool wet : {true, false}) {
         const Pressure kind_of_h =
-            wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
-                : (unknown ? Pressure::kInterface : Pressure::kNone);
+            loads == Loads::kStill ? (wet ? Pressure::kFromReference : Pressure::kNone)
+            : wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
+                  : (unknown ? Pressure::kInterface : Pressure::kNone);
         if (kind_of_h == Pressure::kNone) continue;
         clip_polygon(
             piece,

@@ -232,7 +232,7 @@ struct Solved {
 };
 Solved release(const std::vector<ReducedBody>& bodies, const std::vector<Joint>& joints,
                const std::vector<SkinnedBodies>& skins) {
-  CoupledTank tank(16, 0.8);
+  CoupledTank tank(32, 0.8);
   tank.options.open_side[kZMax] = true;
   tank.options.hydrostatics.gravity = Vec3(0, 0, -9.81);
   tank.options.hydrostatics.reference = Vec3(0, 0, 0.8);
@@ -269,7 +269,7 @@ TEST(SkinnedBar, WeldedRigidPartsMoveAsTheWhole) {
       "%.1e; iterations %d, %d\n",
       worst / v.norm(), carried, parts.iterations, whole.iterations);
   EXPECT_LT(worst / v.norm(), 1e-10);
-  EXPECT_LT(carried, 0.02);
+  EXPECT_LT(carried, 0.03);                // 4 cells across the bar; 7.0e-2 with 2 cells
   EXPECT_GT(v.norm(), 0.01 * 9.81 * 0.1);  // it does rise
 }
 
@@ -277,7 +277,7 @@ TEST(SkinnedBar, WeldedRigidPartsMoveAsTheWhole) {
 
 TEST(SkinnedBar, NeutralPartsHoverJointedOrNot) {
   for (const bool jointed : {false, true})
-    for (const double level : {0.8, INFINITY}) {
+    for (const double level : {0.8, double(INFINITY)}) {
       SimulationOptions o;
       const int n = 16;
       o.grid = {n, n, n, 1.0 / n, Vec3::Zero()};
@@ -298,8 +298,8 @@ TEST(SkinnedBar, NeutralPartsHoverJointedOrNot) {
     }
 }
 
-// A body that is its own skin is the body without the water that it carries along; half out of the
-// water the two float alike.
+// Half out of the water, a bar of welded parts under a skin floats like the plain bar (a square one
+// is stable above 0.79 of the water's density).
 TEST(SkinnedBar, ItsDraftIsThatOfThePlainBody) {
   double height[2];
   for (const bool skinned : {false, true}) {
@@ -309,10 +309,10 @@ TEST(SkinnedBar, ItsDraftIsThatOfThePlainBody) {
     o.has_water = true;
     o.open_side[kZMax] = true;
     o.reference_point = Vec3(0, 0, 0.5);
-    const SkinnedBar bar =
-        skinned_bar({-0.3, -0.05, 0.3}, 0.15, 0.0, 0, 500.0, Vec3(0.5, 0.5, 0.5), Quat::Identity());
+    const SkinnedBar bar = skinned_bar({-0.3, -0.05, 0.3}, 0.15, 0.0, 0, 850.0,
+                                       Vec3(0.5, 0.5, 0.43), Quat::Identity());
     const SkinnedBar one =
-        skinned_bar({-0.3, 0.3}, 0.15, 0.0, 0, 500.0, Vec3(0.5, 0.5, 0.5), Quat::Identity());
+        skinned_bar({-0.3, 0.3}, 0.15, 0.0, 0, 850.0, Vec3(0.5, 0.5, 0.43), Quat::Identity());
     std::vector<Joint> joints;
     std::vector<SkinnedBodies> skins;
     if (skinned) joints = {weld(bar.bodies, 0, 1, -0.05)}, skins = {bar.skin};
@@ -329,8 +329,9 @@ TEST(SkinnedBar, ItsDraftIsThatOfThePlainBody) {
                 height[skinned], drift);
     EXPECT_LE(drift, 1e-10);
   }
-  EXPECT_NEAR(height[0], 0.5, 5e-3 * SkinnedBar::kWidth);
-  EXPECT_NEAR(height[1], 0.5, 5e-3 * SkinnedBar::kWidth);
+  const double w = SkinnedBar::kWidth;
+  EXPECT_NEAR(height[0], 0.43, 5e-3 * w);
+  EXPECT_NEAR(height[1], height[0], 2e-3 * w);
 }
 
 }  // namespace
