@@ -1,5 +1,6 @@
 #include "runtime/coupling/hydrostatic_force.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "runtime/coupling/clip.h"
@@ -49,6 +50,34 @@ enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 // What the surface carries beside p', or rho g . (x - x_ref) wherever it is wet.
 enum class Loads { kBesideDynamic, kStill };
 
+struct CellCorners {
+  Vec3 x[3];  // grid coordinates
+  CellCorners(const Grid& g, const WetSurface& s, const Vec3i& t) {
+    for (int v = 0; v < 3; ++v) x[v] = ((*s.points)[t[v]] - g.origin) / g.dx;
+  }
+};
+
+// A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
+bool is_deep(const Grid& g, const PressureSystem& water, const CellCorners& c) {
+  const double deep = -2.0 * g.dx;
+  const Vec3 lo = c.x[0].cwiseMin(c.x[1]).cwiseMin(c.x[2]),
+             hi = c.x[0].cwiseMax(c.x[1]).cwiseMax(c.x[2]);
+  if ((lo.array() < 0.0).any() || hi[0] >= g.nx || hi[1] >= g.ny || hi[2] >= g.nz) return false;
+  const Vec3i a = lo.cast<int>(), b = hi.cast<int>();
+  for (int k = a[2]; k <= b[2]; ++k)
+    for (int j = a[1]; j <= b[1]; ++j)
+      for (int i = a[0]; i <= b[0]; ++i)
+        if ((*water.surface.phi)(i, j, k) > deep ||
+            water.matrix.kind(i, j, k) == CellKind::kDirichlet)
+          return false;
+  return true;
+}
+
+bool all_deep(const Grid& g, const WetSurface& s, const PressureSystem& water) {
+  return std::all_of(s.triangles->begin(), s.triangles->end(),
+                     [&](const Vec3i& t) { return is_deep(g, water, CellCorners(g, s, t)); });
+}
+
 std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
                             const std::vector<Vec3>& read_points, const PressureSystem& water,
                             Loads loads) {
@@ -61,28 +90,16 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
   const Vec3 rho_g = hydro.density * hydro.gravity;
   const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
 
-  // A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
-  const double deep = -2.0 * g.dx;
-  const auto is_deep = [&](const Vec3 x[3]) {
-    Vec3 lo = x[0].cwiseMin(x[1]).cwiseMin(x[2]), hi = x[0].cwiseMax(x[1]).cwiseMax(x[2]);
-    if ((lo.array() < 0.0).any() || hi[0] >= g.nx || hi[1] >= g.ny || hi[2] >= g.nz) return false;
-    const Vec3i a = lo.cast<int>(), b = hi.cast<int>();
-    for (int k = a[2]; k <= b[2]; ++k)
-      for (int j = a[1]; j <= b[1]; ++j)
-        for (int i = a[0]; i <= b[0]; ++i)
-          if ((*free.phi)(i, j, k) > deep || kind(i, j, k) == CellKind::kDirichlet) return false;
-    return true;
-  };
-
   for (const Vec3i& t : *s.triangles) {
+    const CellCorners corners(g, s, t);
+    const bool deep = is_deep(g, water, corners);
+    if (deep && rho_g.isZero(0.0)) continue;
     triangle.start(t);
     const Vec3 read[3] = {read_points[t[0]], read_points[t[1]], read_points[t[2]]};
     const auto read_at = [&](const Vec3& w) {
       return Vec3(w[0] * read[0] + w[1] * read[1] + w[2] * read[2]);
     };
-    Vec3 x[3];
-    for (int v = 0; v < 3; ++v) x[v] = ((*s.points)[t[v]] - g.origin) / g.dx;
-    if (is_deep(x)) {
+    if (deep) {
       const Vec3 w[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
       const double h[3] = {rho_g.dot(read[0] - hydro.reference),
                            rho_g.dot(read[1] - hydro.reference),
@@ -90,7 +107,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
       triangle.add(w, h);
       continue;
     }
-    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
+    for_each_piece(g, corners.x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) return;
       const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
@@ -146,12 +163,15 @@ std::vector<VecX> hydrostatic_forces(const Grid& g, const WetSurface& skin,
                                      const std::vector<Vec3>& read_points,
                                      const std::vector<const std::vector<Vec3>*>& own_read,
                                      const PressureSystem& water) {
-  std::vector<VecX> forces = forces_on(g, skin, read_points, water, Loads::kBesideDynamic);
-  const std::vector<VecX> still = forces_on(g, skin, read_points, water, Loads::kStill);
-  for (std::size_t m = 0; m < forces.size(); ++m) {
+  std::vector<VecX> forces;
+  for (std::size_t m = 0; m < skin.members.size(); ++m) {
     const WetSurface own = wet_surface(*skin.members[m].body);
-    forces[m] += forces_on(g, own, *own_read[m], water, Loads::kStill)[0] - still[m];
+    forces.push_back(forces_on(g, own, *own_read[m], water, Loads::kStill)[0]);
   }
+  if (all_deep(g, skin, water)) return forces;  // its two loads are one and the same
+  const std::vector<VecX> beside = forces_on(g, skin, read_points, water, Loads::kBesideDynamic),
+                          still = forces_on(g, skin, read_points, water, Loads::kStill);
+  for (std::size_t m = 0; m < forces.size(); ++m) forces[m] += beside[m] - still[m];
   return forces;
 }
 
