@@ -273,6 +273,17 @@ TEST(SkinnedBar, WeldedRigidPartsMoveAsTheWhole) {
   EXPECT_GT(v.norm(), 0.01 * 9.81 * 0.1);  // it does rise
 }
 
+// A skin and welds hardly change the spectrum: 1.5 times the iterations would be allowed.
+TEST(SkinnedBar, TakesNoMoreIterationsThanLooseParts) {
+  const SkinnedBar bar =
+      skinned_bar({-0.3, -0.1, 0.1, 0.3}, 0.2, 0.0, 6, 900.0, Vec3(0.03, -0.02, 0.04), oblique());
+  const std::vector<Joint> welds = {weld(bar.bodies, 0, 1, -0.1), weld(bar.bodies, 1, 2, 0.1)};
+  const int loose = release(bar.bodies, {}, {}).iterations,
+            skinned = release(bar.bodies, welds, {bar.skin}).iterations;
+  std::printf("loose %d iterations, welded under a skin %d\n", loose, skinned);
+  EXPECT_LE(skinned, 1.5 * loose);
+}
+
 // ---- at rest ------------------------------------------------------------------------------------
 
 TEST(SkinnedBar, NeutralPartsHoverJointedOrNot) {
