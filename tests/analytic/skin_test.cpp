@@ -345,5 +345,39 @@ TEST(SkinnedBar, ItsDraftIsThatOfThePlainBody) {
   EXPECT_NEAR(height[1], height[0], 2e-3 * w);
 }
 
+// Without water, half outside the tank, and within a single cell: steps without a fault, joints
+// closed.
+TEST(SkinnedBar, StepsInVacuumAcrossTheTanksSideAndWithinACell) {
+  const Quat turn = oblique();
+  struct Case {
+    const char* name;
+    int cells;
+    Vec3 place;
+  };
+  for (const Case& c : {Case{"dry", 0, Vec3(0.5, 0.5, 0.5)}, Case{"side", 12, Vec3(1.0, 0.5, 0.6)},
+                        Case{"cell", 1, Vec3(0.4, 0.5, 0.45)}}) {
+    SimulationOptions o;
+    o.wall_contact = false;
+    o.open_side[kZMax] = true;
+    if (c.cells > 0) {
+      o.grid = {c.cells, c.cells, c.cells, 1.0 / c.cells, Vec3::Zero()};
+      o.has_water = true;
+    }
+    const SkinnedBar bar = skinned_bar({-0.3, -0.1, 0.3}, 0.2, 0.0, 4, 800.0, c.place, turn);
+    Simulation s(o, c.cells > 0 ? water_to(o.grid, INFINITY) : FluidState(), bar.bodies, {}, {},
+                 {weld(bar.bodies, 0, 1, -0.1)}, {bar.skin});
+    double drift = 0.0;
+    for (int step = 0; step < 5; ++step) drift = std::max(drift, s.step(0.005).joint_drift);
+    std::vector<Vec3> points;
+    skin_points(
+        s.skins()[0], [&](int b) -> const ReducedBody& { return s.bodies()[b]; }, points);
+    double far = 0.0;
+    for (const Vec3& x : points) far = std::max(far, (x - c.place).norm());
+    std::printf("%s: joint gap %.1e m, farthest point %.3f m\n", c.name, drift, far);
+    EXPECT_LE(drift, 1e-10);
+    EXPECT_LE(far, 0.5);  // the bar reaches 0.33 m
+  }
+}
+
 }  // namespace
 }  // namespace archetide
