@@ -27,7 +27,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check demo bodies runs report list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check hard demo bodies runs report list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -71,6 +71,13 @@ check: deps
 $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
 	+$(ARCHETIDE_MAKE) build
 
+# The hard cases of stability, the slow ones too (QUICK=1: without them), and a table of what was measured: OUT/hard/hard.txt.
+# Cases that passed with these programs are not run again. CASES='H07 H12': only these.
+hard: deps
+	$(call archetide_compile)
+	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh $(ARCHETIDE_ROOT)tests/hard/run_cases.sh \
+	  $(ARCHETIDE_ROOT)tests/hard/cases.txt $(BUILD)/bin $(OUT)/hard $(CASES)
+
 # ---- Archetypes -----------------------------------------------------------------------------------------------------
 
 bodies: $(ARCHETIDE_BODIES:%=$(ARCHETYPES)/%.h5)
@@ -108,7 +115,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check demo bodies list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check hard demo bodies list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D)
@@ -199,4 +206,5 @@ help:
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
+	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

@@ -57,6 +57,22 @@ std::vector<std::vector<std::size_t>> by_pair(const std::vector<BodyContact>& co
   return out;
 }
 
+/// Overlaps (negative gaps) of each body with surroundings that pinch it from two sides: what
+/// cannot move cannot be left on both sides, so the body takes the middle; taking both overlaps
+/// back would press without bound, and friction with it hold the body in its place.
+void share_pinches(std::vector<BodyContact>& contacts) {
+  constexpr double kFacing = -0.7;  // cosine of the normals of two sides
+  const std::vector<BodyContact> all = contacts;
+  for (BodyContact& c : contacts) {
+    if (c.b >= 0 || c.gap >= 0.0) continue;
+    double opposed = 0.0;
+    for (const BodyContact& d : all)
+      if (d.a == c.a && d.b < 0 && d.normal.dot(c.normal) < kFacing)
+        opposed = std::min(opposed, d.gap);
+    c.gap = std::min(0.0, 0.5 * (c.gap - opposed));
+  }
+}
+
 }  // namespace
 
 ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
@@ -129,6 +145,7 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
                                   const std::vector<double>& speed, double dt) const {
   GroupContacts out;
   out.contacts = find(bodies, speed, dt, memory.position);
+  share_pinches(out.contacts);
   out.shapes = shapes_;
   out.start = memory.position;
   out.solve = solve_options(dt);

@@ -187,6 +187,7 @@ BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions
   std::vector<CellMoments> moments(box.count());
   FluxColumns columns = std::move(sweep_members(g, wet_surface(s), box, moments)[0]);
   faces = sweep_surface(g, box, moments, fractions);
+  bound_slip(s.body->archetype->volume / (g.dx * g.dx * g.dx), faces);
   for (DualFace& face : faces) {
     face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
     face.high = columns.slot(face.face);

@@ -32,6 +32,11 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
   setup_closed_regions();
 }
 
+bool CoupledOperator::touches_bodies() const {
+  return std::any_of(bodies_.begin(), bodies_.end(),
+                     [](const Body& body) { return !body.cell.empty(); });
+}
+
 void CoupledOperator::setup_closed_regions() {
   const auto n = static_cast<Eigen::Index>(closed_.count());
   null_vectors_.resize(n, 0);

@@ -40,6 +40,8 @@ class CoupledOperator {
 
   const PoissonOperator& water() const { return water_; }
   const ClosedComponents& closed() const { return closed_; }
+  /// Whether any body lies beside a cell with an unknown; if not, the solve is that of water alone.
+  bool touches_bodies() const;
   /// z += E (E^T A E)^+ E^T r over the indicators E of closed regions; the constants themselves.
   void add_closed_correction(const double* r, double* z) const;
   VecX closed_correction(const double* r) const;

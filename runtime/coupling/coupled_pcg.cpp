@@ -167,7 +167,7 @@ double CoupledPcg::treat_closed_regions(double scale) {
 
 // The second test: is the error of the velocities within the tolerance? rho = r . V r.
 bool CoupledPcg::close_enough(const double* b, double* x, double rho) {
-  if (op_->bodies().empty()) return true;
+  if (!op_->touches_bodies()) return true;
   if (energy_target_ == 0.0) {
     steps_.advance(pending_, p_.data(), x);
     pending_ = 0.0;

@@ -20,6 +20,15 @@ void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, VecX& Q) 
 
 }  // namespace
 
+void bound_slip(double volume, std::vector<DualFace>& faces) {
+  constexpr double kMost = 0.1;
+  Vec3 total = Vec3::Zero();
+  for (const DualFace& f : faces) total[f.axis] += std::max(f.curvature, 0.0);
+  const double most = total.maxCoeff();
+  if (most <= kMost * volume) return;
+  for (DualFace& f : faces) f.curvature *= kMost * volume / most;
+}
+
 void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
                       std::vector<DualFace>& faces, FaceField<double>& weight) {
   const auto unknown = [&](const Vec3i& c) { return kind(c[0], c[1], c[2]) == CellKind::kUnknown; };

@@ -33,6 +33,11 @@ struct DualFace {
   double slip = 0.0;  // dx^3
 };
 
+/// Lessens s to at most a tenth of the body's volume (dx^3) along each axis: the expansion that it
+/// stems from ends where a body's radius of curvature is about a cell; a sphere of 1.3 cells radius
+/// and larger ones keep all of it.
+void bound_slip(double volume, std::vector<DualFace>& faces);
+
 /// Takes w in `weight` to e on faces between cells with an unknown; s is at most w / 4.
 void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
                       std::vector<DualFace>& faces, FaceField<double>& weight);

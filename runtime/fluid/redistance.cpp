@@ -164,19 +164,25 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
   return psi;
 }
 
-// The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive.
+// The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive. Where
+// both neighbours are equally near, the nearer of what they imply: mirror images stay mirror
+// images.
 UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double band,
                        bool second_order) {
   const auto value = [&](int step) { return std::abs(p[step]) < kInSolid ? sign * p[step] : band; };
   const double low = i > 0 ? value(-stride) : band;
   const double high = i < n - 1 ? value(stride) : band;
-  const bool downwards = low <= high;
-  const double near = downwards ? low : high;
-  const int beyond = downwards ? i - 2 : i + 2;
-  if (!second_order || near >= band || beyond < 0 || beyond >= n) return {near, 1.0};
+  const double near = std::min(low, high);
+  if (!second_order || near >= band) return {near, 1.0};
   // (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 - psi_2)/3)
-  const double next = value(downwards ? -2 * stride : 2 * stride);
-  return next <= near ? UpwindAxis{near + (near - next) / 3.0, 1.5} : UpwindAxis{near, 1.0};
+  UpwindAxis axis{near, 1.0};
+  for (const int side : {-1, 1}) {
+    if ((side < 0 ? low : high) != near || i + 2 * side < 0 || i + 2 * side >= n) continue;
+    const double next = value(2 * side * stride);
+    if (next <= near && (axis.c == 1.0 || near + (near - next) / 3.0 < axis.b))
+      axis = {near + (near - next) / 3.0, 1.5};
+  }
+  return axis;
 }
 
 // Distance (m, on the side of n) that the neighbours of n imply, at most `band`.

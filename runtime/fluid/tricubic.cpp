@@ -1,15 +1,16 @@
 #include "runtime/fluid/tricubic.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace archetide {
 namespace {
 
-// Lagrange weights of the up to four lattice points around s along one axis with n points, and
-// their derivatives.
+// Lagrange weights of the up to four lattice points around s along one axis with n points (five on
+// a lattice point, see central_slot), and their derivatives.
 struct CubicSlot {
   int first, count;
-  double w[4], dw[4];
+  double w[5], dw[5];
 };
 
 CubicSlot cubic_slot(double s, int n) {
@@ -41,6 +42,18 @@ CubicSlot cubic_slot(double s, int n) {
   return slot;
 }
 
+// On a lattice point, where the cubics of its two sides meet, the mean of their slopes: mirror
+// images have mirrored slopes whatever the last digit of s.
+CubicSlot central_slot(double s, int n) {
+  constexpr double kOnPoint = 1e-9;
+  const double point = std::round(s);
+  if (std::abs(s - point) > kOnPoint || point < 2 || point > n - 3) return cubic_slot(s, n);
+  return {static_cast<int>(point) - 2,
+          5,
+          {0.0, 0.0, 1.0, 0.0, 0.0},
+          {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
+}
+
 }  // namespace
 
 double tricubic(const Array3<double>& f, const double s[3]) {
@@ -58,8 +71,8 @@ double tricubic(const Array3<double>& f, const double s[3]) {
 }
 
 double tricubic(const Array3<double>& f, const double s[3], Vec3& gradient) {
-  const CubicSlot x = cubic_slot(s[0], f.nx()), y = cubic_slot(s[1], f.ny()),
-                  z = cubic_slot(s[2], f.nz());
+  const CubicSlot x = central_slot(s[0], f.nx()), y = central_slot(s[1], f.ny()),
+                  z = central_slot(s[2], f.nz());
   double sum = 0.0;
   gradient.setZero();
   for (int k = 0; k < z.count; ++k)

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 
 #include "common/sha256.h"
+#include "runtime/coupling/resolution.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {
@@ -44,6 +46,25 @@ std::string switches_line(const SimulationOptions& o) {
   }
   if (o.wall_contact) on += ", wall contact";
   return "on         " + on;
+}
+
+// One line for each archetype that is in the water and that its cells hardly see.
+std::vector<std::string> unresolved_lines(const SimulationOptions& o,
+                                          const std::vector<ReducedBody>& bodies) {
+  std::vector<std::string> lines;
+  std::set<const Archetype*> seen;
+  for (const ReducedBody& body : bodies) {
+    if (!o.has_water || !seen.insert(body.archetype.get()).second) continue;
+    std::vector<Vec3> points;
+    surface_points(body, points);
+    const double thin = thin_part(o.grid, points, body.archetype->surface.triangles);
+    if (thin > kTooThin)
+      lines.push_back("note       unresolved: " + body.archetype->name +
+                      " is thinner than a cell over " +
+                      std::to_string(static_cast<int>(100.0 * thin)) +
+                      " % of its surface; what the water does to it is a guess");
+  }
+  return lines;
 }
 
 std::string phase_line(const std::string& phase, double seconds, double wall_seconds) {
@@ -88,15 +109,19 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
                                       const Simulation& simulation) {
   const SimulationOptions& o = simulation.options();
   const MemoryEstimate memory = estimate_memory(o, simulation.all_bodies());
-  return {"archetide " + manifest.version + " (" + manifest.build + ", " +
-              std::to_string(setup.threads) + " threads)",
-          "scene      " + setup.scene_name + ", " + number_text(setup.end_time) + " s at " +
-              number_text(setup.fps) + " frames a second",
-          grid_line(o),
-          bodies_line(manifest),
-          switches_line(o),
-          "memory     about " + bytes_text(memory.total()) + " (water " + bytes_text(memory.water) +
-              ", archetypes " + bytes_text(memory.archetypes) + ")"};
+  std::vector<std::string> lines = {
+      "archetide " + manifest.version + " (" + manifest.build + ", " +
+          std::to_string(setup.threads) + " threads)",
+      "scene      " + setup.scene_name + ", " + number_text(setup.end_time) + " s at " +
+          number_text(setup.fps) + " frames a second",
+      grid_line(o),
+      bodies_line(manifest),
+      switches_line(o),
+      "memory     about " + bytes_text(memory.total()) + " (water " + bytes_text(memory.water) +
+          ", archetypes " + bytes_text(memory.archetypes) + ")"};
+  for (std::string& line : unresolved_lines(o, simulation.all_bodies()))
+    lines.push_back(std::move(line));
+  return lines;
 }
 
 std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile) {

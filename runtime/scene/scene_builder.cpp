@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "runtime/coupling/resolution.h"
 #include "runtime/scene/add_skins.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
@@ -11,9 +12,17 @@
 namespace archetide {
 namespace {
 
-TriMesh build_obstacle(const StaticSpec& spec) {
+TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   TriMesh mesh = read_closed_mesh(spec.mesh);
   for (Vec3& x : mesh.vertices) x = spec.position + spec.rotation * (spec.scale * x);
+  const double thin = o.has_water ? thin_part(o.grid, mesh.vertices, mesh.triangles) : 0.0;
+  if (thin > kTooThin)
+    throw InputError(
+        {{spec.where,
+          "the obstacle is thinner than a cell over " +
+              std::to_string(static_cast<int>(100.0 * thin)) +
+              " % of its surface: water would leak through it",
+          "make it at least " + std::to_string(o.grid.dx) + " m thick, or the cells smaller"}});
   return mesh;
 }
 
@@ -201,7 +210,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] { add_scatter(spec, library, built); });
   for (const StaticSpec& spec : scene.statics) {
-    collect([&] { built.obstacles.push_back(build_obstacle(spec)); });
+    collect([&] { built.obstacles.push_back(build_obstacle(spec, built.options)); });
   }
   if (bad.empty())
     for (const JointSpec& spec : scene.joints) collect([&] { add_joint(spec, built); });

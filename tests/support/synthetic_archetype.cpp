@@ -138,24 +138,31 @@ std::shared_ptr<const Archetype> rigid_surface_archetype(const TriMesh& surface,
 }
 
 SyntheticBody deformable_archetype(const TetMesh& tets, const SyntheticOptions& options) {
-  SyntheticBody body{std::make_shared<Archetype>(), consistent_mass(tets, options.density)};
+  const int r = options.r;
+  SyntheticBody body = deformable_archetype(
+      tets, options.density, smooth_fields(tets.nodes, options.seed, r),
+      options.first_omega * (1.0 + 0.4 * VecX::LinSpaced(r, 0, r - 1).array()));
+  body.archetype->alpha = options.alpha;
+  body.archetype->beta = options.beta;
+  return body;
+}
+
+SyntheticBody deformable_archetype(const TetMesh& tets, double density, const MatX& shapes,
+                                   const VecX& omega) {
+  SyntheticBody body{std::make_shared<Archetype>(), consistent_mass(tets, density)};
   Archetype& a = *body.archetype;
-  fill_provenance(a, "synthetic", options.density);
-  a.alpha = options.alpha;
-  a.beta = options.beta;
+  fill_provenance(a, "synthetic", density);
   a.tets = tets;
   a.surface = boundary_surface(tets, a.surface_to_node);
   fill_surface_samples(a);
   a.volume = enclosed_volume(a.surface);
 
-  const int r = options.r;
-  a.node_modes = orthonormal_modes(body.scalar_mass, rigid_motions(tets.nodes),
-                                   smooth_fields(tets.nodes, options.seed, r));
+  const long r = shapes.cols();
+  a.node_modes = orthonormal_modes(body.scalar_mass, rigid_motions(tets.nodes), shapes);
   a.surface_modes.resize(3 * static_cast<long>(a.surface.vertices.size()), r);
   for (std::size_t v = 0; v < a.surface.vertices.size(); ++v)
     a.surface_modes.middleRows<3>(3 * v) = a.node_modes.middleRows<3>(3 * a.surface_to_node[v]);
 
-  const VecX omega = options.first_omega * (1.0 + 0.4 * VecX::LinSpaced(r, 0, r - 1).array());
   a.omega2 = omega.cwiseAbs2();
   a.is_static.assign(static_cast<std::size_t>(r), 0);
   a.residuals = VecX::Zero(r);

@@ -44,6 +44,11 @@ struct SyntheticOptions {
 /// diag(omega^2). Integrals by direct double sums.
 SyntheticBody deformable_archetype(const TetMesh& tets, const SyntheticOptions& options);
 
+/// The same with given shapes (3 n x r node fields; rigid motions are taken out and they are made
+/// orthonormal in the mass in their order) and frequencies, rad/s.
+SyntheticBody deformable_archetype(const TetMesh& tets, double density, const MatX& shapes,
+                                   const VecX& omega);
+
 /// The blob used where any valid deformable body will do: 4 x 3 x 3 cells of 0.5 x 0.4 x 0.3 m.
 SyntheticBody random_archetype(unsigned seed, int r);
 

@@ -14,8 +14,7 @@ FluidState water_where(const Grid& g, const std::function<double(const Vec3&)>& 
 }
 
 FluidState water_to(const Grid& g, double level) {
-  return water_where(g,
-                     [&](const Vec3& x) { return std::isinf(level) ? -1e3 : x[2] - level; });
+  return water_where(g, [&](const Vec3& x) { return std::isinf(level) ? -1e3 : x[2] - level; });
 }
 
 void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, FluidState& state) {

@@ -239,6 +239,24 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
 }
 
+// A wall whose two sides lie in one cell is no wall for the water.
+TEST_F(BuildScene, ThinObstaclesInWaterAreRefusedAsLeaks) {
+  const auto wall = [&](double thickness, const std::string& water) {
+    const std::string x = std::to_string(0.53), y = std::to_string(0.53 + thickness);
+    std::string obj;
+    for (const std::string& at : {x, y})
+      for (const char* corner : {" 0 0", " 1 0", " 1 1", " 0 1"}) obj += "v " + at + corner + "\n";
+    obj += "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    folder_.write("wall.obj", obj);
+    return build("[fluid]\ngrid = [10, 10, 10]\ncell = 0.1\n" + water +
+                 "[[static]]\nmesh = \"wall.obj\"\n");
+  };
+  const std::string message = message_of<InputError>([&] { wall(0.01, ""); });
+  expect_contains(message, "thinner than a cell over");
+  expect_contains(message, "leak");
+  EXPECT_EQ(wall(0.25, "").obstacles.size(), 1u);
+}
+
 TEST_F(BuildScene, WavesAppearOneAfterTheOther) {
   const BuiltScene built = build(R"([[scatter]]
     archetype = "tetra"

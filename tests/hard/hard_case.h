@@ -1,0 +1,82 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "runtime/simulation.h"
+#include "tests/support/coupled_tank.h"
+#include "tests/support/dry_body.h"
+#include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
+
+namespace archetide {
+
+/// Prints one figure of a hard case for the table of `make hard` and demands that it is at most
+/// `bound` (NaN fails).
+inline void expect_at_most(const char* what, double value, double bound) {
+  std::printf("measured: %s = %.3g (at most %.3g)\n", what, value, bound);
+  EXPECT_TRUE(value <= bound) << what << " is " << value;
+}
+
+/// A tank of 1 m^3 with n^3 cells and an open top; water or dry.
+inline SimulationOptions unit_tank(int n, bool water = true) {
+  SimulationOptions o;
+  o.grid = {n, n, n, 1.0 / n, Vec3::Zero()};
+  o.has_water = water;
+  o.open_side[kZMax] = true;
+  return o;
+}
+
+inline ReducedBody rigid_ball(double radius, double density, const Vec3& position) {
+  ReducedBody body = make_body(rigid_surface_archetype(volume_true_sphere(3, radius), density), 0);
+  body.position = position;
+  return body;
+}
+
+/// Turns a convex body so that one of its faces is below; returns the height of its centre over it,
+/// m.
+inline double stand_on_a_face(ReducedBody& body) {
+  const TriMesh& surface = body.archetype->surface;
+  const Vec3i& t = surface.triangles[0];
+  const Vec3 a = surface.vertices[t[0]];
+  const Vec3 normal = (surface.vertices[t[1]] - a).cross(surface.vertices[t[2]] - a).normalized();
+  body.rotation = Quat::FromTwoVectors(normal, -Vec3::UnitZ());
+  return normal.dot(a);
+}
+
+inline ReducedBody rigid_box(const Vec3& lengths, double density, const Vec3& position) {
+  ReducedBody body = make_body(rigid_surface_archetype(box_surface(lengths, 1), density), 0);
+  body.position = position;
+  return body;
+}
+
+inline double mass_of(const ReducedBody& b) { return b.mass_scale * b.archetype->integrals.mass; }
+
+inline Vec3 velocity_of(const ReducedBody& b) { return b.P / mass_of(b); }
+
+/// A closed box as an obstacle, outward.
+inline TriMesh block(const Vec3& low, const Vec3& high) {
+  TriMesh mesh = box_surface(high - low, 0);
+  for (Vec3& x : mesh.vertices) x += 0.5 * (low + high);
+  return mesh;
+}
+
+/// Steps of at most `dt` until `end`, every state finite.
+inline void run_to(Simulation& simulation, double end, double dt,
+                   const std::function<void(const StepReport&)>& look = {}) {
+  while (simulation.time() < end * (1.0 - 1e-9)) {
+    const double left = end - simulation.time();
+    const StepReport r = simulation.step(std::min({dt, left, simulation.stable_dt()}));
+    ASSERT_TRUE(std::isfinite(r.water_kinetic + r.body_kinetic + r.body_elastic + r.water_volume));
+    if (look) look(r);
+  }
+  for (const ReducedBody& b : simulation.bodies()) {
+    EXPECT_TRUE(b.position.allFinite() && b.q.allFinite());
+    EXPECT_NEAR(b.rotation.norm(), 1.0, 1e-12);
+  }
+}
+
+}  // namespace archetide

@@ -1,0 +1,40 @@
+#!/bin/sh
+# Runs the hard cases: run_cases.sh CASES BIN_FOLDER OUT_FOLDER [NAME...]; prints a table and writes it to
+# OUT_FOLDER/hard.txt, with the full output of each case beside it. QUICK=1 leaves out the tests named Slow*. A case
+# whose programs have not changed since it passed is not run again. Exit 1 when a case fails or has no test.
+cases=$1 bin=$2 out=$3; shift 3
+mkdir -p "$out"; out=$(cd "$out" && pwd); bin=$(cd "$bin" && pwd)
+failed=0
+row() { printf '%-4s %-52s %-8s %8s  %s\n' "$@" | tee -a "$out/hard.txt.part"; }
+: >"$out/hard.txt.part"
+row case what result seconds 'figures (value <= bound), details in CASE.log'
+while IFS='|' read -r name what tests; do
+  name=$(echo $name) what=$(echo $what)
+  case $name in ''|\#*) continue;; esac
+  [ $# -eq 0 ] || case " $* " in *" $name "*) ;; *) continue;; esac
+  log=$out/$name.log result=passed waits=
+  case $tests in *waiting:*) waits="waiting for${tests##*waiting:}"; tests=${tests%%;*};; esac
+  case $tests in *waiting:*) row "$name" "$what" waiting - "$waits"; continue;; esac
+  stale=0
+  for t in $tests; do [ "$log" -nt "$bin/${t%%:*}" ] || stale=1; done
+  grep -q "^result: passed${QUICK:+.*}$" "$log" 2>/dev/null || stale=1
+  [ -n "$QUICK" ] || ! grep -q '^quick$' "$log" 2>/dev/null || stale=1
+  if [ $stale = 1 ]; then
+    start=$(date +%s)
+    : >"$log.part"
+    [ -z "$QUICK" ] || echo quick >>"$log.part"
+    for t in $tests; do
+      filter=${t#*:}
+      (cd "$bin/.." && "$bin/${t%%:*}" --gtest_filter="$filter${QUICK:+-Slow*}") >>"$log.part" 2>&1 || result=FAILED
+      grep -q '^\[       OK \]' "$log.part" || result=FAILED   # a filter that no test matches shows nothing
+    done
+    echo "seconds: $(( $(date +%s) - start ))" >>"$log.part"
+    echo "result: $result" >>"$log.part"
+    mv "$log.part" "$log"
+  fi
+  result=$(sed -n 's/^result: //p' "$log"); [ "$result" = passed ] || failed=1
+  figures=$(sed -n 's/^measured: \(.*\) = \(.*\) (at most \(.*\))$/\1 \2 <= \3/p' "$log" | tail -n 3 | paste -sd ';' -)
+  row "$name" "$what" "$result" "$(sed -n 's/^seconds: //p' "$log")" "$figures${waits:+ ($waits)}"
+done <"$cases"
+mv "$out/hard.txt.part" "$out/hard.txt"
+exit $failed
