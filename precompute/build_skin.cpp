@@ -3,7 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/closest_point.h"
 #include "common/input_error.h"
+#include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "common/surface_io.h"
 #include "precompute/intake.h"
@@ -57,6 +59,18 @@ std::vector<int> owners(const Recipe& recipe, const TriMesh& surface) {
   return owner;
 }
 
+/// Joints hold material: their points lie in the solid, or next to it.
+void demand_points_inside(const SkinRecipe& recipe, const TriMesh& surface) {
+  const ClosestPoint nearest(surface);
+  for (std::size_t j = 0; j < recipe.joints.size(); ++j)
+    for (const Vec3& x : recipe.joints[j].points)
+      if (winding_number(surface, x) < 0.5 && nearest.find(x, recipe.blend).triangle < 0)
+        throw InputError({Diagnostic{recipe.joint_where[j],
+                                     "the joint's point " + place(x) + " lies outside the body",
+                                     "coordinates are those of the mesh file times scale, in "
+                                     "metres"}});
+}
+
 /// Vertices that a part moves, and those that it moves alone.
 struct Share {
   int vertices = 0, alone = 0;
@@ -95,6 +109,7 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
     skin.mesh_hash = sha256_of_file(recipe.mesh_path);
   }
   for (const std::string& note : intake.notes()) log.say(recipe.mesh_path + ": " + note);
+  demand_points_inside(*recipe.skin, skin.surface);
   const ScopedTimer timer(profile, "weights");
   find_skin_weights(owners(recipe, skin.surface), skin.blend, skin);
   log.say("skin: " + std::to_string(skin.surface.vertices.size()) + " vertices, " +

@@ -450,8 +450,10 @@ SkinRecipe read_skin(const Section& root, const std::string& path) {
       throw InputError({s.error("parts", "two parts are called \"" + skin.parts.back() + "\"")});
   }
   if (skin.parts.empty()) throw InputError({s.error("parts", "the skin has no parts")});
-  for (const Section& joint : s.sections("joint"))
+  for (const Section& joint : s.sections("joint")) {
     skin.joints.push_back(read_skin_joint(joint, skin.parts));
+    skin.joint_where.push_back(joint.location("points"));
+  }
   return skin;
 }
 

@@ -19,7 +19,8 @@ struct SkinRecipe {
   std::vector<std::string> parts;       // names of the bodies
   std::vector<std::string> part_paths;  // of their body files
   SourceLocation parts_where;
-  std::vector<SkinJoint> joints;  // points still in the mesh's coordinates, m
+  std::vector<SkinJoint> joints;            // points still in the mesh's coordinates, m
+  std::vector<SourceLocation> joint_where;  // of each joint
 };
 
 /// A body file (NAME.body.toml), typed and checked. SI units.

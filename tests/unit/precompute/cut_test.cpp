@@ -219,6 +219,9 @@ TEST(SkinBuild, RefusesPartsThatDoNotShareOutTheSurface) {
   has(bar.refusal(std::string(kParts) + "[[skin.joint]]\nparts = [\"left\", \"midle\"]\n"
                                         "points = [[0, 0, 0]]\n"),
       "did you mean \"middle\"?");
+  has(bar.refusal(std::string(kParts) + "[[skin.joint]]\nparts = [\"left\", \"middle\"]\n"
+                                        "points = [[-1, 0, 0], [-1, 2, 0]]\n"),
+      "skin.body.toml:8:10: error: the joint's point (-1, 2, 0) lies outside the body");
   bar.folder.write("whole.body.toml", kPart);
   has(bar.refusal("parts = [\"whole.body.toml\", \"left.body.toml\"]\n"),
       "left has nothing of the surface");
