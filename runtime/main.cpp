@@ -291,6 +291,8 @@ int check(const Arguments& a) {
                std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
                std::to_string(body.r) + " modes");
   }
+  line("joints", built.joints.size());
+  line("skins", built.skins.size());
   line("obstacles", built.obstacles.size());
   line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
                      megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) +

@@ -55,7 +55,8 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
 std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
                                             const std::vector<ReducedBody>& bodies,
                                             const std::vector<TriMesh>& obstacles,
-                                            const std::vector<Joint>& joints) {
+                                            const std::vector<Joint>& joints,
+                                            const std::vector<SkinnedBodies>& skins) {
   const bool alone = bodies.size() + obstacles.size() < 2;
   if (!o.body_contact || bodies.empty() || alone) return nullptr;
   const bool has_tank = o.grid.cells() > 0;
@@ -70,6 +71,10 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
   BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal, {}};
   for (const Joint& joint : joints)
     if (joint.b >= 0) c.apart.insert(std::minmax({joint.a, joint.b}));
+  for (const SkinnedBodies& skin : skins)
+    for (const int a : skin.bodies)
+      for (const int b : skin.bodies)
+        if (a < b) c.apart.insert({a, b});
   return std::make_unique<BodyContacts>(
       c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
 }
@@ -129,6 +134,7 @@ struct Simulation::Impl {
   std::vector<TriMesh> obstacles;
   std::vector<Joint> joints;
   std::vector<Actuator> actuators;
+  std::vector<SkinnedBodies> skins;
   Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
@@ -156,16 +162,18 @@ struct Simulation::Impl {
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
-       std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied)
+       std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied,
+       std::vector<SkinnedBodies> skinned)
       : options(std::move(o)),
         fluid(std::move(initial)),
         waiting(std::move(b)),
         release(std::move(appear)),
         obstacles(std::move(obs)),
         joints(std::move(tied)),
-        coupling(coupling_options(options), obstacles, joints) {
+        skins(std::move(skinned)),
+        coupling(coupling_options(options), obstacles, joints, skins) {
     release.resize(waiting.size(), 0.0);
-    between = body_contacts(options, waiting, obstacles, joints);
+    between = body_contacts(options, waiting, obstacles, joints, skins);
     admit_bodies();
   }
 
@@ -676,9 +684,11 @@ SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report)
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
                        std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
-                       std::vector<double> release, std::vector<Joint> joints)
+                       std::vector<double> release, std::vector<Joint> joints,
+                       std::vector<SkinnedBodies> skins)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles), std::move(release), std::move(joints))) {
+                                   std::move(obstacles), std::move(release), std::move(joints),
+                                   std::move(skins))) {
   // one solve a step lacks the half step that keeps joints closed: their energy grew (measured)
   ARCHETIDE_CHECK(impl_->joints.empty() || impl_->options.scheme == Scheme::kNewmark);
   impl_->prepare();
@@ -759,6 +769,7 @@ std::vector<ReducedBody> Simulation::all_bodies() const {
   all.insert(all.end(), impl_->waiting.begin(), impl_->waiting.end());
   return all;
 }
+const std::vector<SkinnedBodies>& Simulation::skins() const { return impl_->skins; }
 const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }

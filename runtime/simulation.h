@@ -69,10 +69,11 @@ class Simulation {
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
   /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints`
   /// of bodies that are there from the start; jointed bodies do not collide with each other, and
-  /// the scheme must be kNewmark.
+  /// the scheme must be kNewmark. `skins` of bodies that are there from the start; members of one
+  /// skin do not collide with each other, and with the rest as their own surfaces.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
              std::vector<TriMesh> obstacles, std::vector<double> release = {},
-             std::vector<Joint> joints = {});
+             std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
@@ -94,6 +95,7 @@ class Simulation {
   std::vector<ReducedBody>& bodies();
   /// And those that will, as they will appear.
   std::vector<ReducedBody> all_bodies() const;
+  const std::vector<SkinnedBodies>& skins() const;
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;

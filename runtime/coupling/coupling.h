@@ -6,6 +6,7 @@
 #include "common/state_file.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/joint.h"
+#include "runtime/articulation/skinning.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
@@ -56,8 +57,9 @@ struct StageResult {
 /// empty set.
 class Coupling {
  public:
+  /// `skins`: the water sees them in place of their members' own surfaces (cut cells only).
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
-           std::vector<Joint> joints = {});
+           std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
@@ -96,8 +98,9 @@ class Coupling {
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
   void fill_open_fractions();
   void assemble(const FreeSurface& surface);
-  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
-                  CoupledBody& coupled, StageResult& out);
+  std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
+  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
+                  const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
@@ -107,6 +110,8 @@ class Coupling {
 
   CouplingOptions options_;
   std::vector<Joint> joints_;
+  std::vector<SkinnedBodies> skins_;
+  std::vector<std::vector<Vec3>> skin_points_;  // of each skin, m
   SolidFractions obstacles_, solids_;
   FaceField<double> open_;
   FaceField<unsigned char> valid_;
@@ -114,6 +119,7 @@ class Coupling {
   std::vector<BodyFlux> fluxes_;    // cut cells
   DualFaces obstacle_faces_;        // cut cells
   std::vector<DualFaces> faces_;    // cut cells, of each body
+  std::vector<char> skinned_;       // of each body: the water sees a skin in its place
   std::vector<MatX> carried_;       // cut cells: water that moves with each body, kg
   std::vector<VoxelBody> voxels_;   // voxel
   Array3<unsigned char> is_water_;  // cells with an unknown

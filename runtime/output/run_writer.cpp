@@ -156,7 +156,8 @@ struct RunWriter::Impl {
     }
     if (wants("bodies.vtp") && !simulation.bodies().empty()) {
       const std::string name = frame_file("bodies", frame, "vtp");
-      write_vtp(folder + "frames/" + name, bodies_surface(simulation.bodies()), t);
+      write_vtp(folder + "frames/" + name, bodies_surface(simulation.bodies(), simulation.skins()),
+                t);
       bodies_pvd.add(t, name);
     }
     if (wants("particles.vtp") && fluid.particles.size() > 0) {

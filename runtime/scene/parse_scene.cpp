@@ -1,5 +1,6 @@
 #include "runtime/scene/parse_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -242,6 +243,76 @@ ForceSpec parse_force(const Section& s, Complaints& bad) {
   return force;
 }
 
+// "../arm.h5" -> "arm"
+std::string archetype_name(const std::string& archetype) {
+  return archetype.ends_with(".h5") ? std::filesystem::path(archetype).stem().string() : archetype;
+}
+
+// The bodies that a skin places, behind those that are there.
+void add_parts(const Section& s, const std::string& name, SkinSpec& skin, SceneSpec& scene) {
+  for (const std::string& part : s.strings("parts")) {
+    BodySpec body;
+    body.where = body.modes_where = skin.bodies_where;
+    body.name = name + "." + archetype_name(part);
+    body.archetype = part.ends_with(".h5") ? resolved(scene, part) : part;
+    body.density = optional_number(s, "density");
+    if (s.has("modes")) {
+      body.modes = s.integer("modes");
+      body.modes_where = s.location("modes");
+    }
+    skin.parts.push_back(body.archetype);
+    skin.bodies.push_back(static_cast<int>(scene.bodies.size()));
+    scene.bodies.push_back(body);
+  }
+}
+
+SkinSpec parse_skin(const Section& s, SceneSpec& scene, Complaints& bad) {
+  SkinSpec skin;
+  skin.where = s.location("archetype");
+  skin.archetype = s.string("archetype");
+  const std::string name = s.has("name") ? s.string("name") : archetype_name(skin.archetype);
+  if (skin.archetype.ends_with(".h5")) skin.archetype = resolved(scene, skin.archetype);
+  const bool places = s.has("parts");
+  skin.bodies_where = s.location(places ? "parts" : "bodies");
+  if (places == s.has("bodies")) {
+    bad.push_back(s.error("", "expected either parts or bodies",
+                          "parts = archetypes, to place them; bodies = names of [[body]]s"));
+    return skin;
+  }
+  skin.rotation = parse_rotation(s, bad);
+  skin.velocity = s.vec3("velocity");
+  skin.angular_velocity = s.vec3("angular_velocity");
+  if (s.has("position")) skin.position = s.vec3("position");
+  if (places) {
+    if (!s.has("position"))
+      bad.push_back(s.error("", "position is missing", "of the mesh's origin"));
+    add_parts(s, name, skin, scene);
+    return skin;
+  }
+  for (const char* key :
+       {"position", "rotation", "velocity", "angular_velocity", "density", "modes"})
+    if (s.has(key))
+      bad.push_back(
+          s.error(key, std::string(key) + " belongs to parts", "give it in the [[body]]s"));
+  for (const std::string& body : s.strings("bodies")) {
+    const int b = body_named(s, body, scene, bad);
+    if (b >= 0 && std::count(skin.bodies.begin(), skin.bodies.end(), b) > 0)
+      bad.push_back(s.error("bodies", "\"" + body + "\" stands twice", ""));
+    if (b >= 0) skin.bodies.push_back(b);
+  }
+  return skin;
+}
+
+// A body has one skin.
+void demand_one_skin_each(const SceneSpec& scene, Complaints& bad) {
+  std::vector<int> skins(scene.bodies.size(), 0);
+  for (const SkinSpec& skin : scene.skins)
+    for (const int b : skin.bodies)
+      if (++skins[b] == 2)
+        bad.push_back(
+            {skin.bodies_where, "\"" + scene.bodies[b].name + "\" has a skin already", ""});
+}
+
 void parse_method(const Section& root, SceneSpec& scene) {
   const Section step = root.section("step"), coupling = root.section("coupling");
   scene.cfl = step.number("cfl");
@@ -306,6 +377,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   for (const Section& s : root.sections("markers"))
     scene.markers.push_back(parse_markers(s, scene, bad));
   for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
+  for (const Section& s : root.sections("skin")) scene.skins.push_back(parse_skin(s, scene, bad));
+  demand_one_skin_each(scene, bad);
   int instances = static_cast<int>(scene.bodies.size());
   for (const Section& s : root.sections("scatter")) {
     scene.scatters.push_back(parse_scatter(s, scene, bad));

@@ -5,6 +5,7 @@
 
 #include "runtime/coupling/resolution.h"
 #include "runtime/scene/add_forces.h"
+#include "runtime/scene/add_skins.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/place_markers.h"
@@ -202,6 +203,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     }
   };
   for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
+  if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] { add_scatter(spec, library, built); });
   for (const StaticSpec& spec : scene.statics) {
@@ -222,7 +224,7 @@ Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
     fluid.markers = place_markers(scene.markers, built.options.grid, fluid.phi);
   Simulation simulation(built.options, std::move(fluid), std::move(built.bodies),
                         std::move(built.obstacles), std::move(built.release),
-                        std::move(built.joints));
+                        std::move(built.joints), std::move(built.skins));
   simulation.set_actuators(std::move(built.actuators));
   return simulation;
 }

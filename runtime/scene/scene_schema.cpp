@@ -347,12 +347,59 @@ Keys surroundings_keys() {
       {.path = "contact.bodies",
        .type = kBool,
        .fallback = "true",
-       .meaning = "bodies against each other and against obstacles (only with [contact])"},
+       .meaning = "bodies against each other and against obstacles (only with [contact])"}};
+}
+
+Keys skin_keys() {
+  return {
       {.path = "skin[]",
        .type = kTables,
        .fallback = "absent",
-       .meaning = "articulated bodies as one surface",
-       .later = "skins"}};
+       .meaning = "bodies cut out of one surface, which the water and the camera see as that "
+                  "surface; they touch others as they are, and not each other"},
+      {.path = "skin[].name",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "absent = the archetype's name; its parts are called NAME.PART"},
+      {.path = "skin[].archetype",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "name of a skin, or path of one ending in .h5, relative to this file"},
+      {.path = "skin[].parts",
+       .type = kStrings,
+       .fallback = "absent",
+       .meaning = "archetypes of the skin's parts, in its order: places one body of each, held "
+                  "together by the skin's joints"},
+      {.path = "skin[].bodies",
+       .type = kStrings,
+       .fallback = "absent",
+       .meaning = "instead of parts: names of [[body]]s that stand where they should, also held "
+                  "together by the skin's joints"},
+      {.path = "skin[].position",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of the mesh's origin (with parts, then required)"},
+      {.path = "skin[].velocity",
+       .type = kVec3,
+       .unit = "m/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "of the mesh's origin (with parts)"},
+      {.path = "skin[].angular_velocity",
+       .type = kVec3,
+       .unit = "rad/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "world frame (with parts)"},
+      {.path = "skin[].density",
+       .unit = "kg/m^3",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of every part; absent = the archetypes' (with parts)"},
+      {.path = "skin[].modes",
+       .type = kInteger,
+       .range = between(0, 100000),
+       .fallback = "absent",
+       .meaning = "of every part: 0 = rigid; absent = all that are stored (with parts)"}};
 }
 
 Keys joint_keys() {
@@ -568,7 +615,7 @@ const Schema& scene_schema() {
          {run_keys(), fluid_keys(), marker_keys(), coupling_keys(), body_keys(),
           instance_keys("body[]"), rotation_keys("body[]"), scatter_keys(),
           instance_keys("scatter[]"), surroundings_keys(), rotation_keys("static[]"), joint_keys(),
-          force_keys(), result_keys()}) {
+          force_keys(), skin_keys(), rotation_keys("skin[]"), result_keys()}) {
       append(keys, part);
     }
     return Schema("*.scene.toml", keys);

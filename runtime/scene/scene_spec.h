@@ -111,6 +111,18 @@ struct ForceSpec {
   std::optional<double> end;  // s
 };
 
+/// One [[skin]]: bodies that the water and the camera see as one surface.
+struct SkinSpec {
+  SourceLocation where, bodies_where;
+  std::string archetype;           // of the skin
+  std::vector<int> bodies;         // index of a body, in the order of the skin's parts
+  std::vector<std::string> parts;  // their archetypes, where the skin places them; else empty
+  Vec3 position = Vec3::Zero();    // of the mesh's origin, m
+  Quat rotation = Quat::Identity();
+  Vec3 velocity = Vec3::Zero();          // of the mesh's origin, m/s
+  Vec3 angular_velocity = Vec3::Zero();  // world frame, rad/s
+};
+
 /// What one body must show; means are over the last `window` of the run.
 struct BodyExpectation {
   SourceLocation where;
@@ -157,7 +169,8 @@ struct SceneSpec {
 
   std::optional<FluidSpec> fluid;
   std::vector<MarkersSpec> markers;
-  std::vector<BodySpec> bodies;
+  std::vector<BodySpec> bodies;  // of [[body]], and the parts of skins behind them
+  std::vector<SkinSpec> skins;
   std::vector<ScatterSpec> scatters;
   std::vector<StaticSpec> statics;
   std::vector<JointSpec> joints;

@@ -99,6 +99,19 @@ seed = 5
 balance = "body"
 start = 0.5
 end = 2.0
+[[skin]]
+name = "jelly"
+archetype = "jelly_skin"
+parts = ["bell", "../special/arm.h5"]
+position = [1, 2, 3]
+rotation = { axis = [0, 1, 0], degrees = 180 }
+velocity = [0, 0, 2]
+angular_velocity = [0, 4, 0]
+density = 900
+modes = 4
+[[skin]]
+archetype = "../special/own.h5"
+bodies = ["first"]
 [contact]
 restitution = 0.1
 friction = 0.4
@@ -198,6 +211,21 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(joint.frame_points, 3);
   EXPECT_EQ(joint.point_set, "rim");
 
+  const SkinSpec& skin = s.skins.at(0);
+  EXPECT_EQ(skin.archetype, "jelly_skin");
+  EXPECT_EQ(skin.bodies, (std::vector<int>{1, 2}));  // behind the [[body]]s
+  EXPECT_EQ(skin.position, Vec3(1, 2, 3));
+  EXPECT_NEAR((skin.rotation * Vec3(0, 0, 1) - Vec3(0, 0, -1)).norm(), 0.0, 1e-15);
+  EXPECT_EQ(skin.velocity, Vec3(0, 0, 2));
+  EXPECT_EQ(skin.angular_velocity, Vec3(0, 4, 0));
+  EXPECT_EQ(s.bodies.at(1).name, "jelly.bell");
+  EXPECT_EQ(s.bodies.at(1).density, 900.0);
+  EXPECT_EQ(s.bodies.at(2).name, "jelly.arm");
+  EXPECT_EQ(s.bodies.at(2).archetype, "special/arm.h5");
+  EXPECT_EQ(s.bodies.at(2).modes, 4);
+  EXPECT_EQ(s.skins.at(1).archetype, "special/own.h5");
+  EXPECT_EQ(s.skins.at(1).bodies, std::vector<int>{0});
+
   EXPECT_EQ(s.statics.at(0).mesh, "meshes/rocks.obj");
   EXPECT_EQ(s.statics.at(0).scale, 2.0);
   EXPECT_EQ(s.expect.iterations, 30);
@@ -227,6 +255,23 @@ TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
     if (!key.later.empty() && key.later_values.empty()) continue;
     EXPECT_TRUE(has_key(root, key.path)) << key.path;
   }
+}
+
+TEST(ParseScene, SkinsNameTheirBodiesOnce) {
+  const std::string bodies =
+      "[[body]]\nname = \"bell\"\narchetype = \"b\"\nposition = [0, 0, 0]\n"
+      "[[body]]\nname = \"arm\"\narchetype = \"a\"\nposition = [0, 0, 0]\n";
+  const auto skin = [&](const std::string& keys) {
+    return complaint(bodies + "[[skin]]\narchetype = \"s\"\n" + keys);
+  };
+  expect_contains(skin("bodies = [\"bel\", \"arm\"]\n"), "did you mean \"bell\"?");
+  expect_contains(skin("bodies = [\"arm\", \"arm\"]\n"), "\"arm\" stands twice");
+  expect_contains(skin("bodies = [\"arm\"]\n[[skin]]\narchetype = \"s\"\nbodies = [\"arm\"]\n"),
+                  "\"arm\" has a skin already");
+  expect_contains(skin("bodies = [\"bell\"]\nposition = [0, 0, 0]\n"), "position belongs to parts");
+  expect_contains(skin("parts = [\"a\"]\n"), "position is missing");
+  expect_contains(skin("parts = [\"a\"]\nbodies = [\"arm\"]\nposition = [0, 0, 0]\n"),
+                  "expected either parts or bodies");
 }
 
 TEST(ParseScene, AbsentSectionsSwitchOff) {
@@ -341,7 +386,6 @@ TEST(ParseScene, MarkersLieInABoxOrABall) {
 
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
-  expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
     expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),

@@ -167,6 +167,76 @@ TEST_F(BuildScene, MarkersLieInTheWaterOfTheirPlaces) {
   expect_contains(dry, "s.scene.toml:7");
 }
 
+TEST_F(BuildScene, SkinsPlaceTheirPartsAndHoldThemTogether) {
+  for (const char* name : {"one", "two"}) {
+    Archetype a = tetrahedron_archetype(name);
+    a.centre = Vec3(name[0] == 'o' ? 1.0 : 2.0, 0, 0);
+    write_archetype(folder_ / (std::string(name) + ".h5"), a);
+  }
+  Skin skin;
+  skin.name = "both";
+  skin.parts = {"one", "two"};
+  skin.surface = tetrahedron_archetype("s").surface;
+  for (Vec3& x : skin.surface.vertices) x += Vec3(1.5, 0, 0);
+  for (std::size_t v = 0; v < 4; ++v) {
+    skin.part_of.push_back({0, 1, 0, 0});
+    skin.weights.insert(skin.weights.end(), {0.25, 0.75, 0.0, 0.0});
+  }
+  skin.joints = {{0, 1, {Vec3(1.5, 0, 0), Vec3(1.5, 0.1, 0)}}};
+  write_skin(folder_ / "both.h5", skin);
+
+  const std::string place =
+      "position = [5, 0, 0]\nvelocity = [0, 1, 0]\n"
+      "angular_velocity = [0, 0, 2]\n"
+      "rotation = { axis = [0, 0, 1], degrees = 90 }\n";
+  const std::string head = "[[skin]]\narchetype = \"both\"\n";
+  const BuiltScene built = build(head + "parts = [\"one\", \"two\"]\n" + place + head +
+                                 "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n");
+  ASSERT_EQ(built.bodies.size(), 4u);
+  EXPECT_EQ(built.body_names[1], "both.two");
+  EXPECT_NEAR((built.bodies[1].position - Vec3(5, 2, 0)).norm(), 0.0, 1e-15);
+  // v + w x (R centre) = (0, 1, 0) + (0, 0, 2) x (0, 2, 0)
+  EXPECT_NEAR(
+      (built.bodies[1].P / built.bodies[1].archetype->integrals.mass - Vec3(-4, 1, 0)).norm(), 0.0,
+      1e-12);
+  ASSERT_EQ(built.skins.size(), 2u);
+  EXPECT_EQ(built.skins[0].shape, built.skins[1].shape);  // bound once
+  EXPECT_EQ(built.skins[1].bodies, (std::vector<int>{2, 3}));
+  ASSERT_EQ(built.joints.size(), 2u);
+  EXPECT_EQ(built.joints[1].b, 3);
+  EXPECT_LE(joint_drift(built.joints, built.bodies), 1e-15);
+  // the skin stands where the whole does
+  std::vector<Vec3> points;
+  skin_points(
+      built.skins[0], [&](int b) -> const ReducedBody& { return built.bodies[b]; }, points);
+  for (std::size_t v = 0; v < 4; ++v) {
+    const Vec3& x = skin.surface.vertices[v];
+    EXPECT_NEAR((points[v] - Vec3(5 - x[1], x[0], x[2])).norm(), 0.0, 1e-14);
+  }
+
+  const auto refusal = [&](const std::string& text) {
+    return message_of<InputError>([&] { build(text); });
+  };
+  expect_contains(refusal(head + "parts = [\"two\", \"one\"]\nposition = [0, 0, 0]\n"),
+                  "part 1 of skin both is \"one\", not \"two\"");
+  expect_contains(refusal(head + "parts = [\"one\"]\nposition = [0, 0, 0]\n"),
+                  "skin both has 2 parts, not 1");
+  expect_contains(refusal("[coupling]\ngeometry = \"voxel\"\n" + head +
+                          "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n"),
+                  "skins are not possible with coupling.geometry = \"voxel\"");
+  expect_contains(refusal("[step]\nscheme = \"single\"\n" + head +
+                          "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n"),
+                  "joints are not possible");
+  const auto wrong_file = [&](const std::string& text) {
+    return message_of<FileError>([&] { build(text); });
+  };
+  expect_contains(wrong_file("[[body]]\narchetype = \"both\"\nposition = [0, 0, 0]\n"),
+                  "a skin, not a body");
+  expect_contains(wrong_file("[[skin]]\narchetype = \"one\"\nparts = [\"one\", \"two\"]\n"
+                             "position = [0, 0, 0]\n"),
+                  "not a skin; a body belongs in a [[body]]");
+}
+
 TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
   EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);
