@@ -161,6 +161,8 @@ std::string portable_scene(const SceneSpec& scene) {
     fix_archetype("body", n, scene.bodies[n].archetype);
   for (std::size_t n = 0; n < scene.scatters.size(); ++n)
     fix_archetype("scatter", n, scene.scatters[n].body.archetype);
+  for (std::size_t n = 0; n < scene.skins.size(); ++n)
+    fix_archetype("skin", n, scene.skins[n].archetype);
   return paths.empty() ? scene.text : parse_scene_text(scene.text, scene.file, paths).text;
 }
 
@@ -237,7 +239,9 @@ int run(const Arguments& a) {
   const SceneSpec scene = read_scene(a);
   ArchetypeLibrary library(scene.directory, a.archetypes);
   BuiltScene built = build_scene(scene, library);
-  const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
+  CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
+  for (const SkinnedBodies& skin : built.skins)
+    identity.archetypes += skin.shape->skin->content_hash + '\n';
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
   const RunStart start = claim_run_folder(a, identity);
