@@ -29,8 +29,8 @@ class StateArchive {
   /// the length that the file has.
   template <class T>
   void field(const std::string& name, T& x);
-  /// Doubles whose number is known: `count` of them from `data`. Throws FileError when the file
-  /// has another number.
+  /// Numbers whose shape the scene knows, from `data` on. Throws FileError when the file has
+  /// another number of them.
   template <class T>
   void block(const std::string& name, T* data, const Shape& shape);
 

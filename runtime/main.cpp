@@ -161,6 +161,8 @@ std::string portable_scene(const SceneSpec& scene) {
     fix_archetype("body", n, scene.bodies[n].archetype);
   for (std::size_t n = 0; n < scene.scatters.size(); ++n)
     fix_archetype("scatter", n, scene.scatters[n].body.archetype);
+  for (std::size_t n = 0; n < scene.skins.size(); ++n)
+    fix_archetype("skin", n, scene.skins[n].archetype);
   return paths.empty() ? scene.text : parse_scene_text(scene.text, scene.file, paths).text;
 }
 
@@ -201,60 +203,79 @@ int finish_run(RunEnd end, bool whole, const Expectations& expectations,
   return good ? kExitDone : kExitNumerics;
 }
 
-int run(const Arguments& a) {
-  const SceneSpec scene = read_scene(a);
-  ArchetypeLibrary library(scene.directory, a.archetypes);
-  BuiltScene built = build_scene(scene, library);
-  const std::vector<std::string> body_names = built.body_names;
-  const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
-  RunPlan plan = run_plan(scene, a);
-  const RunStart start = claim_run_folder(a, identity);
-
-  Simulation simulation = make_simulation(std::move(built), scene);
-  Expectations expectations(scene.expect, plan.end_time);
-  LimitWatch limits(scene.limits);
+// Everything that a run carries from step to step.
+struct RunParts {
+  Simulation simulation;
+  Expectations expectations;
+  LimitWatch limits;
   RunProgress progress;
-  const auto visit = [&](StateArchive& state) {
-    simulation.visit_state(state);
-    expectations.visit_state(state);
-    limits.visit_state(state);
-    progress.visit_state(state);
-  };
-  RunSetup setup = run_setup(scene, plan, a, body_names);
-  if (!start.checkpoint.empty()) {
-    read_state(start.checkpoint, identity, !start.fork, visit);
-    setup.resumed = progress, setup.resumed_from = start.checkpoint, setup.fork = start.fork;
-    plan.resumed = true;
-    fs::remove_all(fs::path(a.out) / "failure");
+
+  void visit_state(StateArchive& a) {
+    simulation.visit_state(a);
+    expectations.visit_state(a);
+    limits.visit_state(a);
+    progress.visit_state(a);
   }
-  RunWriter writer(setup, simulation);
-  const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
-  const auto checkpoint = [&] {
-    progress = writer.progress();
-    checkpoints.write(progress.frames - 1, visit);
-  };
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+};
+
+RunEvents run_events(const SceneSpec& scene, RunParts& parts, RunWriter& writer,
+                     const std::function<void()>& checkpoint) {
   RunEvents events;
   events.on_step = [&](const StepReport& report) {
-    writer.on_step(report, simulation);
-    expectations.observe(report, simulation.bodies());
-    limits.observe(report, simulation);
+    writer.on_step(report, parts.simulation);
+    parts.expectations.observe(report, parts.simulation.bodies());
+    parts.limits.observe(report, parts.simulation);
   };
-  events.on_frame = [&] {
-    writer.on_frame(simulation);
+  events.on_frame = [&, checkpoint] {
+    writer.on_frame(parts.simulation);
     const int frame = writer.frame();
     if (scene.checkpoints && frame > 0 && frame % scene.checkpoint_every == 0) checkpoint();
   };
   events.stop_requested = [] { return interrupted != 0; };
+  return events;
+}
+
+int run(const Arguments& a) {
+  const SceneSpec scene = read_scene(a);
+  ArchetypeLibrary library(scene.directory, a.archetypes);
+  BuiltScene built = build_scene(scene, library);
+  CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
+  for (const SkinnedBodies& skin : built.skins)
+    identity.archetypes += skin.shape->skin->content_hash + '\n';
+  RunPlan plan = run_plan(scene, a);
+  RunSetup setup = run_setup(scene, plan, a, built.body_names);
+  const RunStart start = claim_run_folder(a, identity);
+
+  RunParts parts{make_simulation(std::move(built), scene),
+                 Expectations(scene.expect, plan.end_time),
+                 LimitWatch(scene.limits),
+                 {}};
+  const auto visit = [&](StateArchive& state) { parts.visit_state(state); };
+  if (!start.checkpoint.empty()) {
+    read_state(start.checkpoint, identity, !start.fork, visit);
+    setup.resumed = parts.progress, setup.resumed_from = start.checkpoint;
+    setup.fork = start.fork;
+    plan.resumed = true;
+    fs::remove_all(fs::path(a.out) / "failure");
+  }
+  RunWriter writer(setup, parts.simulation);
+  const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
+  const auto checkpoint = [&] {
+    parts.progress = writer.progress();
+    checkpoints.write(writer.frame(), visit);
+  };
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
   try {
-    const RunEnd end = run_frames(simulation, plan, events);
+    const RunEnd end =
+        run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
     if (end == RunEnd::kStopped || scene.checkpoints) checkpoint();
-    return finish_run(end, plan.end_time == scene.end_time, expectations, simulation, a, writer);
+    return finish_run(end, plan.end_time == scene.end_time, parts.expectations, parts.simulation, a,
+                      writer);
   } catch (const SimulationFailure& failure) {
-    progress = writer.progress();
-    return finish_broken_run(failure, failure_setup(scene, a, library, body_names), identity,
-                             simulation, visit, a.common.quiet, writer);
+    parts.progress = writer.progress();
+    return finish_broken_run(failure, failure_setup(scene, a, library, setup.body_names), identity,
+                             parts.simulation, visit, a.common.quiet, writer);
   }
 }
 
@@ -294,6 +315,14 @@ int check(const Arguments& a) {
   line("joints", built.joints.size());
   line("skins", built.skins.size());
   line("obstacles", built.obstacles.size());
+  int markers = 0;
+  for (const MarkersSpec& spec : scene.markers) markers += spec.count;
+  line("joints", built.joints.size());
+  line("actuators", built.actuators.size());
+  line("markers", markers);
+  line("checkpoints", scene.checkpoints
+                          ? "every " + std::to_string(scene.checkpoint_every) + " frames"
+                          : "when it is stopped");
   line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
                      megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) +
                      ")");
