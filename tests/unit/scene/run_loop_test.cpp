@@ -89,7 +89,7 @@ TEST(Expectations, JudgeTheMeansOverTheWindow) {
   Expectations expectations(spec, 1.0);
   Recorder record;
   RunEvents events = record.events(simulation);
-  events.on_step = [&](const StepReport& r) { expectations.observe(r, simulation.bodies()); };
+  events.on_step = [&](const StepReport& r) { expectations.observe(r, simulation); };
   run_frames(simulation, {.end_time = 1.0, .fps = 10}, events);
   std::vector<std::string> texts;
   for (const ExpectationResult& result : expectations.evaluate()) texts.push_back(result.text);
