@@ -14,6 +14,7 @@
 #include "runtime/output/number_text.h"
 #include "runtime/scene/archetype_library.h"
 #include "runtime/scene/parse_scene.h"
+#include "runtime/scene/scene_builder.h"
 
 namespace archetide {
 namespace {
@@ -55,7 +56,8 @@ class Bench {
     const bool keep_grid = overrides_key(request.overrides, "fluid.grid");
     points_ = sweep_points(sweeps_, base_, keep_grid);
     reference_ = bench_reference(request.references, sweeps_, base_, keep_grid);
-    ArchetypeLibrary(base_.directory, request.archetypes).require_all(base_);
+    ArchetypeLibrary library(base_.directory, request.archetypes);
+    build_scene(base_, library);
     for (const SweepPoint& point : points_) scene_of(point);  // wrong values before any run
     for (const Sweep& sweep : sweeps_) table_.keys.push_back(sweep.key);
     table_.scene = base_.name;
@@ -180,9 +182,10 @@ class Bench {
     const bool has_reference = !reference_.folder.empty();
     const bool bodies = !base_.bodies.empty() || !base_.scatters.empty();
     table_.against = reference_.text;
-    table_.measure = !has_reference ? "distance from the closed form / body size"
-                     : bodies       ? "position, rms / body size"
-                                    : "kinetic energy, rms / its largest";
+    table_.measure = reference_.point && !has_reference ? "none, the reference failed"
+                     : !has_reference ? "distance from the closed form / body size"
+                     : bodies         ? "position, rms / body size"
+                                      : "kinetic energy, rms / its largest";
     for (std::size_t n = 0; n < table_.rows.size(); ++n) {
       BenchRow& row = table_.rows[n];
       const SweepPoint point =
