@@ -60,8 +60,26 @@ else()
 endif()
 archetide_bench(bench_advection archetide_fluid)
 if(TARGET archetide_precompute)
-  archetide_bench(bench_precompute archetide_precompute)
+  archetide_library(archetide_elastic_cases tests/support/elastic archetide_precompute archetide_test_support)
+  archetide_bench(bench_precompute archetide_elastic_cases)
 endif()
 archetide_bench(bench_body_step archetide_test_support)
 archetide_bench(bench_drafts archetide_scene)
 archetide_bench(bench_water archetide_test_support)
+
+# Every quantity with a known answer. The quick cases are a fast test; `make -f pipeline.mk scorecard` runs all.
+set(scorecard tests/scorecard/main.cpp tests/scorecard/score.cpp tests/scorecard/reference_data.cpp
+    tests/scorecard/single_solve_scores.cpp tests/scorecard/water_scores.cpp
+    tests/scorecard/dry_body_scores.cpp tests/scorecard/coupled_scores.cpp)
+if(TARGET archetide_precompute)
+  add_executable(scorecard ${scorecard} tests/scorecard/elastic_scores.cpp)
+  target_link_libraries(scorecard PRIVATE archetide_elastic_cases)
+else()
+  add_executable(scorecard ${scorecard} tests/scorecard/no_elastic_scores.cpp)
+endif()
+target_link_libraries(scorecard PRIVATE archetide_test_support archetide_output)
+target_compile_definitions(scorecard PRIVATE
+                           ARCHETIDE_REFERENCE="${CMAKE_SOURCE_DIR}/tests/analytic/reference")
+add_test(NAME Scorecard.QuickRowsMeetTheirTargets
+         COMMAND scorecard --quick -o ${CMAKE_BINARY_DIR}/scorecard_quick.csv)
+set_tests_properties(Scorecard.QuickRowsMeetTheirTargets PROPERTIES LABELS fast TIMEOUT 600)
