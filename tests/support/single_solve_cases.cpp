@@ -23,22 +23,27 @@ SolveReport solved(CoupledTank& tank, double dt) {
   return report;
 }
 
-// A closed cylinder along y from -half to half whose section has the area of the circle.
-TriMesh cylinder(double radius, double half, int sides) {
+// A closed cylinder along y from -half to half whose section has the area of the circle, in `rings`
+// rings of triangles.
+TriMesh cylinder(double radius, double half, int sides, int rings) {
   const double step = 2.0 * M_PI / sides, r = radius * std::sqrt(step / std::sin(step));
   TriMesh mesh;
-  for (const double y : {-half, half}) {
+  for (int j = 0; j <= rings; ++j)
     for (int n = 0; n < sides; ++n)
-      mesh.vertices.push_back({r * std::cos(n * step), y, r * std::sin(n * step)});
-  }
+      mesh.vertices.push_back(
+          {r * std::cos(n * step), half * (2.0 * j / rings - 1.0), r * std::sin(n * step)});
+  const int ends = static_cast<int>(mesh.vertices.size());
   mesh.vertices.push_back({0, -half, 0});
   mesh.vertices.push_back({0, half, 0});
   for (int n = 0; n < sides; ++n) {
     const int m = (n + 1) % sides;
-    mesh.triangles.push_back({n, sides + n, m});
-    mesh.triangles.push_back({m, sides + n, sides + m});
-    mesh.triangles.push_back({2 * sides, n, m});
-    mesh.triangles.push_back({2 * sides + 1, sides + m, sides + n});
+    for (int j = 0; j < rings; ++j) {
+      const int low = j * sides, high = low + sides;
+      mesh.triangles.push_back({low + n, high + n, low + m});
+      mesh.triangles.push_back({low + m, high + n, high + m});
+    }
+    mesh.triangles.push_back({ends, n, m});
+    mesh.triangles.push_back({ends + 1, rings * sides + m, rings * sides + n});
   }
   if (enclosed_volume(mesh) < 0.0)
     for (Vec3i& t : mesh.triangles) std::swap(t[0], t[1]);
@@ -89,14 +94,26 @@ AddedMass added_mass_in_shell(int cells_per_radius) {
   return added_mass(std::move(tank), sphere_of(1.0, kWater), Vec3::Zero());
 }
 
-AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top) {
+AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness,
+                                 double beyond) {
   const int n = 4 * cells_per_radius;
-  const double dx = 1.0 / cells_per_radius;
-  CoupledTank tank(Grid{n, 1, n, dx, Vec3(-2, -0.5 * dx, -2)});
+  const double dx = 1.0 / cells_per_radius, width = thickness * dx;
+  CoupledTank tank(Grid{n, thickness, n, dx, Vec3(-2, -0.5 * width, -2)});
   tank.options.open_side[kZMax] = open_top;
-  // Its ends lie on the walls of the slab.
-  const auto archetype = rigid_surface_archetype(cylinder(1.0, 0.5 * dx, 512), kWater);
-  return added_mass(std::move(tank), archetype, Vec3::Zero());
+  const auto archetype = rigid_surface_archetype(
+      cylinder(1.0, 0.5 * width + beyond * dx, 16 * cells_per_radius, thickness), kWater);
+  return added_mass(std::move(tank), archetype, Vec3::Zero(), 1.0, M_PI * width);
+}
+
+double cube_added_mass_spread() {
+  const auto cube = test_shape(TestShape::kCube);
+  double low = INFINITY, high = 0.0;
+  for (int n = 0; n < 8; ++n) {
+    const CoupledTank tank(32, 16.0);
+    const double k = added_mass(tank, cube, Vec3(0.2, 0.3, n / 8.0)).coefficient;
+    low = std::min(low, k), high = std::max(high, k);
+  }
+  return high / low - 1.0;
 }
 
 Vec3 sub_cell_offset(int n) {

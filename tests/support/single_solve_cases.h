@@ -22,8 +22,10 @@ AddedMass added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_
 AddedMass added_mass_near_wall(int cells_per_radius);
 /// Sphere of radius 1 in a concentric shell of radius 2.
 AddedMass added_mass_in_shell(int cells_per_radius);
-/// Circular cylinder of radius 1 across a square of half width 2, one cell thick.
-AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top);
+/// Circular cylinder of radius 1 across a square of half width 2, so many cells thick, whose ends
+/// stand `beyond` cells behind the walls.
+AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness = 4,
+                                 double beyond = 0.5);
 
 /// Low-discrepancy sub-cell offset number n [Roberts 2018, R3 sequence], in [-1/2, 1/2).
 Vec3 sub_cell_offset(int n);
@@ -34,6 +36,10 @@ struct OffsetErrors {
 };
 /// Added mass of a sphere in the middle of a cube of half width 4 a at so many sub-cell positions.
 OffsetErrors added_mass_over_offsets(int cells_per_radius, int positions, double density_ratio);
+
+/// Largest over smallest added mass of an aligned cube of half side 4.15 cells over sub-cell
+/// positions along the motion, less 1.
+double cube_added_mass_spread();
 
 /// Upward force of still water up to `level` on the held body at x, in units of the weight of water
 /// that its whole volume displaces. The tank has 20^3 cells of 1 m around the origin.
