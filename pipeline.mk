@@ -163,7 +163,12 @@ scorecard: deps
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/modes --sweep body.modes=0,1,2,3,5,8 --reference 11 || exit $$?; \
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/tolerance \
 	  --sweep coupling.tolerance=1e-2,1e-3,1e-4,1e-6,1e-8 --reference 1e-12 || exit $$?; \
-	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv $(addprefix $(OUT)/bench/,geometry scheme modes tolerance) \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/particles \
+	  --sweep 'fluid.particles=absent,{per_cell=4},{per_cell=16},{per_cell=64}' || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/contact \
+	  --sweep 'contact=absent,{restitution=0.1,friction=0.4}' || exit $$?; \
+	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv \
+	  $(addprefix $(OUT)/bench/,geometry scheme modes tolerance particles contact) \
 	  -o $(OUT)/scorecard.html || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 

@@ -342,7 +342,8 @@ struct Verb {
 
 void scene_options(CLI::App& app, Arguments& a) {
   app.add_option("scene", a.scene, "scene file, *.scene.toml")->required()->type_name("SCENE");
-  app.add_option("--set", a.overrides, "override a key of the scene, may be repeated")
+  app.add_option("--set", a.overrides,
+                 "override a key of the scene, may be repeated (key=absent takes it away)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   app.add_option("--archetypes", a.archetypes,

@@ -88,6 +88,24 @@ TankMomentum closed_tank_momentum(int cells_per_radius) {
   return result;
 }
 
+double velocity_off_rigid(double first_omega) {
+  SyntheticOptions options;
+  options.density = 0.5 * kWater;
+  options.first_omega = first_omega;
+  const auto blob =
+      deformable_archetype(blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(4, 3, 3)), options);
+  const auto velocity = [&](int modes) -> VecX {
+    CoupledTank tank(20, 0.5);
+    tank.options.hydrostatics.gravity = Vec3(0, 0, -9.81);
+    tank.options.open_side[kZMax] = true;
+    tank.bodies.push_back(make_body(blob.archetype, modes));
+    tank.solve(0.01);
+    return tank.results[0].y.head(6);
+  };
+  const VecX rigid = velocity(0);
+  return (velocity(options.r) - rigid).norm() / rigid.norm();
+}
+
 BoxImpact dam_break_on_box(int n) {
   SimulationOptions o;
   const double dx = 3.22 / n;

@@ -22,6 +22,10 @@ struct TankMomentum {
 /// of the tank's volume stays, so the water carries -rho V v at every instant.
 TankMomentum closed_tank_momentum(int cells_per_radius);
 
+/// A blob of four modes from `first_omega` rad/s up let go under an open top, velocity after one
+/// solve of 0.01 s: its distance from that of the rigid blob, relative.
+double velocity_off_rigid(double first_omega);
+
 struct BoxImpact {
   double passes = 0.0;                           // H2 reaches 0.05 m, s
   double h2_05 = 0.0, h4_04 = 0.0, h4_05 = 0.0;  // m
