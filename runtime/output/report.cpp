@@ -47,7 +47,9 @@ td:first-child,th:first-child{text-align:left}th{background:#eef1f4;font-weight:
 table{font-size:13px}h3{margin:18px 0 2px;font-size:16px}
 tr.miss td{background:#fdecea}tr.front td{background:#eaf4ec}
 tr.about td{text-align:left;background:#f6f8fa;white-space:normal}
-table.score{width:100%}td{white-space:nowrap}
+table.score{width:100%}table.score td:nth-child(-n+2){white-space:normal}
+table.score td,table.score th{padding:4px 7px}
+td{white-space:nowrap}
 table.score td:nth-child(2),table.score th:nth-child(2),table.score td:nth-child(7){text-align:left}
 summary{cursor:pointer;color:#2b6ca3;margin:8px 0}
 i.bar{display:inline-block;height:8px;background:#3a8f4d}i.bar.over{background:#c0392b}

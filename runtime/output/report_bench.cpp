@@ -72,6 +72,16 @@ std::string table_of(const BenchTable& t) {
   return html + "</table>\n";
 }
 
+// Points without any error have no place on a scale of powers of ten.
+std::string chart_of(const std::string& title, const BenchTable& t) {
+  const std::vector<ErrorSeries> lines = lines_of(t);
+  for (const ErrorSeries& line : lines)
+    for (const double error : line.error)
+      if (error > 0.0) return svg_error_chart(title, "CPU seconds", "error", lines);
+  return "<figure class=\"chart\"><b>" + html_text(title) +
+         "</b><p class=\"note\">No point differs from the reference: see the table.</p></figure>\n";
+}
+
 }  // namespace
 
 std::string bench_section(const std::vector<BenchTable>& tables) {
@@ -82,9 +92,9 @@ std::string bench_section(const std::vector<BenchTable>& tables) {
     for (const std::string& key : t.keys) keys += (keys.empty() ? "" : ", ") + key;
     const std::string title = t.scene + ": " + keys;
     const std::string axis = t.keys.empty() ? "" : t.keys[line_axis(t)];
-    charts += "<div>" + svg_error_chart(title, "CPU seconds", "error", lines_of(t)) +
-              "<p class=\"note\">Error: " + html_text(t.measure) + ", against " +
-              html_text(t.against) + ". Beside the points: " + html_text(axis) + ".</p></div>\n";
+    charts += "<div>" + chart_of(title, t) + "<p class=\"note\">Error: " + html_text(t.measure) +
+              ", against " + html_text(t.against) + ". Beside the points: " + html_text(axis) +
+              ".</p></div>\n";
     details +=
         "<details><summary>" + html_text(title) + "</summary>\n" + table_of(t) + "</details>\n";
   }
