@@ -105,7 +105,7 @@ archetide_threads = $(or $(THREADS),$(shell n=$(or $(patsubst -j%,%,$(filter -j%
 
 $(ARCHETIDE_DONE): $(OUT)/runs/%/done.stamp: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D) $(ARCHETIDE_STATE)
-	$(ARCHETIDE_SIM) run $< -o $(@D) --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
+	$(ARCHETIDE_SIM) run $< -o $(@D) --resume auto --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
 	@echo '$(strip $(call archetide_words,$*))' >$(ARCHETIDE_STATE)/$*.sets
 
 # A run that was made with other key=value words than those given now is stale (none given: any will do).

@@ -102,6 +102,8 @@ bool has_type(const ParamNode& v, KeyType type) {
       return is_list_of(v, is_vec3);
     case KeyType::kIntegerOrString:
       return is_integer(v) || is_string(v);
+    case KeyType::kVec3OrString:
+      return is_vec3(v) || is_string(v);
     case KeyType::kTable:
       return v.kind == Kind::kTable;
     case KeyType::kTables:

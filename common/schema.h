@@ -22,6 +22,7 @@ enum class KeyType {
   kIntVec3,          // [i, j, k]
   kPoints,           // list of [x, y, z]
   kIntegerOrString,  // an integer in range, or one of `choices`
+  kVec3OrString,     // [x, y, z], or one of `choices`
   kTable,            // [section] or { ... }
   kTables,           // [[section]]
 };

@@ -47,6 +47,8 @@ std::string type_name(KeyType type) {
       return "list of [x, y, z]";
     case KeyType::kIntegerOrString:
       return "integer or string";
+    case KeyType::kVec3OrString:
+      return "[x, y, z] or string";
     case KeyType::kTable:
       return "table";
     case KeyType::kTables:

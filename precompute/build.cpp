@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iomanip>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 
 #include "common/atomic_file.h"
@@ -11,6 +12,7 @@
 #include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "common/surface_io.h"
+#include "precompute/cut.h"
 #include "precompute/defects.h"
 #include "precompute/frequency_error.h"
 #include "precompute/memory.h"
@@ -46,6 +48,9 @@ auto blaming(const Recipe& recipe, Work work) {
 }
 
 BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
+  if (!recipe.cuts.empty())
+    throw InputError({Diagnostic{recipe.cuts.front().where, "tets cannot be cut",
+                                 "cut a surface (.obj, .off, .ply, .stl)"}});
   BodyMesh body;
   body.mesher = "input";
   {
@@ -61,6 +66,28 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
     throw SurfaceDefects({{{}, error.what(), ""}}, error.offenders);
   }
   return body;
+}
+
+/// What the recipe's cuts leave, accepted like any other surface.
+TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, IntakeReport& report, Log& log,
+                    Profile& profile) {
+  const ScopedTimer timer(profile, "cut");
+  const double volume = report.volume;
+  SurfaceFile part;
+  part.path = recipe.mesh_path;
+  part.mesh = cut_solid(whole, recipe.cuts);
+  part.face_numbers.resize(part.mesh.triangles.size());
+  std::iota(part.face_numbers.begin(), part.face_numbers.end(), 1);
+  try {
+    TriMesh surface = accept_surface(part, 1.0, report);
+    log.say(join("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
+    return surface;
+  } catch (const SurfaceDefects& error) {
+    std::vector<Diagnostic> list = error.diagnostics;
+    for (Diagnostic& d : list) d.what = "after the cuts: " + d.what;
+    list.front().where = recipe.cuts.front().where;
+    throw SurfaceDefects(list, error.offenders);
+  }
 }
 
 BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
@@ -81,6 +108,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
     surface = accept_surface(file, recipe.scale, recipe.repair, body.intake);
   }
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
+  if (!recipe.cuts.empty()) surface = cut_surface(recipe, surface, body.intake, log, profile);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
                " faces, volume ", body.intake.volume, " m^3"));
   const ScopedTimer timer(profile, "mesh");
@@ -292,10 +320,14 @@ std::string phase_table(const Profile& profile) {
 }
 
 void write_depfile(const std::string& path, const std::string& target, const Recipe& recipe) {
-  const std::string body = make_word(recipe.path), mesh = make_word(recipe.mesh_path);
+  std::vector<std::string> read = {recipe.path, recipe.mesh_path};
+  if (recipe.skin)
+    read.insert(read.end(), recipe.skin->part_paths.begin(), recipe.skin->part_paths.end());
   // Rules without commands: a file that was deleted or renamed does not stop make.
-  write_file_atomically(
-      path, make_word(target) + ": " + body + " " + mesh + "\n" + body + ":\n" + mesh + ":\n");
+  std::string files, rules;
+  for (const std::string& file : read)
+    files += " " + make_word(file), rules += make_word(file) + ":\n";
+  write_file_atomically(path, make_word(target) + ":" + files + "\n" + rules);
 }
 
 }  // namespace archetide

@@ -33,7 +33,8 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile,
 /// Seconds by phase and their sum, in one line.
 std::string phase_table(const Profile& profile);
 
-/// A make fragment: `target` depends on the body file and its mesh.
+/// A make fragment: `target` depends on the body file, its mesh, and the body files of a skin's
+/// parts.
 void write_depfile(const std::string& path, const std::string& target, const Recipe& recipe);
 
 }  // namespace archetide

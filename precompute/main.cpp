@@ -13,6 +13,7 @@
 #include "common/check.h"
 #include "common/input_error.h"
 #include "precompute/build.h"
+#include "precompute/build_skin.h"
 #include "precompute/defects.h"
 #include "precompute/inspect.h"
 #include "precompute/report.h"
@@ -77,6 +78,18 @@ extern "C" void stop(int) {
   ::_exit(kExitStopped);
 }
 
+void write_skin_of(const Recipe& recipe, const CommandLine& c, Log& log, Profile& profile) {
+  write_skin(c.output, build_skin(recipe, log, profile));
+  if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
+  log.say(phase_table(profile));
+}
+
+void refuse_skin(const std::string& path, const std::string& verb) {
+  if (is_skin_file(path))
+    throw InputError(path + " is a skin: it has no tets and no modes",
+                     verb + " the archetypes of its parts");
+}
+
 void build(const CommandLine& c, Log& log) {
   unfinished = c.output + ".part";
   std::signal(SIGINT, stop);
@@ -84,6 +97,7 @@ void build(const CommandLine& c, Log& log) {
   const Recipe recipe = read_recipe(c.input);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
+  if (recipe.skin) return write_skin_of(recipe, c, log, profile);
   const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
   BuildRecord record;
   const Archetype a =
@@ -101,12 +115,22 @@ void build(const CommandLine& c, Log& log) {
 void check(const CommandLine& c, Log& log) {
   Profile profile;
   const Recipe recipe = read_recipe(c.input);
+  if (recipe.skin) {
+    std::cout << skin_text(build_skin(recipe, log, profile), 0);
+    return log.detail(phase_table(profile));
+  }
   const auto mesh = [&] { return mesh_body(recipe, log, profile); };
   std::cout << mesh_text(recipe, c.defects.empty() ? mesh() : showing_offenders(c.defects, mesh));
   log.detail(phase_table(profile));
 }
 
 void info(const CommandLine& c, Log&) {
+  if (is_skin_file(c.input)) {
+    const Skin skin = read_skin(c.input);
+    const std::size_t size = std::filesystem::file_size(c.input);
+    std::cout << (c.json ? skin_json(skin, size) : skin_text(skin, size));
+    return;
+  }
   const Archetype a = read_archetype(c.input);
   const std::size_t bytes = std::filesystem::file_size(c.input);
   const std::optional<BuildRecord> record = read_record(c.input, a.content_hash);
@@ -114,11 +138,18 @@ void info(const CommandLine& c, Log&) {
 }
 
 void report(const CommandLine& c, Log& log) {
-  write_archetype_report(c.output, c.archetypes);
-  log.say(c.output + ": " + std::to_string(c.archetypes.size()) + " archetypes");
+  std::vector<std::string> bodies;
+  for (const std::string& path : c.archetypes)
+    if (is_skin_file(path))
+      log.say(path + ": a skin, left out");
+    else
+      bodies.push_back(path);
+  write_archetype_report(c.output, bodies);
+  log.say(c.output + ": " + std::to_string(bodies.size()) + " archetypes");
 }
 
 void export_tets(const CommandLine& c, Log& log) {
+  refuse_skin(c.input, "export");
   const Archetype a = read_archetype(c.input);
   if (c.output.ends_with(".hdf")) {
     if (c.mode != 0)

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "precompute/closest_point.h"
+#include "common/closest_point.h"
 #include "common/surface_topology.h"
 #include "precompute/tet_element.h"
 

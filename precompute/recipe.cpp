@@ -1,5 +1,6 @@
 #include "precompute/recipe.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 
@@ -10,8 +11,40 @@
 namespace archetide {
 namespace {
 
-std::vector<Key> body_keys() {
-  using enum KeyType;
+using enum KeyType;
+using Keys = std::vector<Key>;
+
+/// The shapes of a region; regions are tables of several kinds.
+Keys region_keys(const std::string& table) {
+  return {{.path = table + ".box",
+           .type = kPoints,
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "two opposite corners, in the coordinates of the mesh file times scale"},
+          {.path = table + ".center",
+           .type = kVec3,
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "of a ball"},
+          {.path = table + ".axis",
+           .type = kPoints,
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "of a cylinder: the centres of its ends"},
+          {.path = table + ".radius",
+           .type = kNumber,
+           .unit = "m",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "of a ball or a cylinder"},
+          {.path = table + ".plane",
+           .type = kPoints,
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "of a half-space: a point, and a direction that points out of it"}};
+}
+
+Keys surface_keys() {
   return {
       {.path = "schema",
        .type = kInteger,
@@ -48,6 +81,54 @@ std::vector<Key> body_keys() {
        .range = at_least(0),
        .fallback = "0.0",
        .meaning = "how far outside the input a wrap lies; 0 = wrap.alpha / 30"},
+      {.path = "cut[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "takes a part out of the surface, which is closed where it is cut; one after the "
+                  "other"},
+      {.path = "cut[].keep",
+       .type = kString,
+       .fallback = "\"inside\"",
+       .choices = {"inside", "outside"},
+       .meaning = "which side of the region is the body"}};
+}
+
+Keys skin_keys() {
+  return {
+      {.path = "skin",
+       .type = kTable,
+       .fallback = "absent",
+       .meaning = "the mesh is a skin over bodies that were cut out of it; only mesh, scale and "
+                  "repair count beside it"},
+      {.path = "skin.parts",
+       .type = kStrings,
+       .fallback = "required",
+       .meaning = "body files of the parts, relative to this file; their cuts share out the "
+                  "surface"},
+      {.path = "skin.blend",
+       .type = kNumber,
+       .unit = "m",
+       .range = above(0),
+       .fallback = "0.03",
+       .meaning = "width along the surface over which one part hands over to the next"},
+      {.path = "skin.joint[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning =
+           "points where two parts stay together (one: ball joint, two: hinge, three: weld)"},
+      {.path = "skin.joint[].parts",
+       .type = kStrings,
+       .fallback = "required",
+       .meaning = "names of two parts, their body files without .body.toml"},
+      {.path = "skin.joint[].points",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "required",
+       .meaning = "in the coordinates of the mesh file times scale"}};
+}
+
+Keys solid_keys() {
+  return {
       {.path = "seed",
        .type = kInteger,
        .range = between(0, std::numeric_limits<int>::max()),
@@ -93,29 +174,12 @@ std::vector<Key> body_keys() {
       {.path = "material_region[]",
        .type = kTables,
        .fallback = "absent",
-       .meaning =
-           "another material where the tets' centroids lie in a box or a ball, or in a named "
-           "physical group of a .msh file; the last wins"},
+       .meaning = "another material where the tets' centroids lie in a region, or in a named "
+                  "physical group of a .msh file; the last wins"},
       {.path = "material_region[].group",
        .type = kString,
        .fallback = "absent",
        .meaning = "physical group of the .msh file: its name, or its number when it has none"},
-      {.path = "material_region[].box",
-       .type = kPoints,
-       .unit = "m",
-       .fallback = "absent",
-       .meaning = "two opposite corners"},
-      {.path = "material_region[].center",
-       .type = kVec3,
-       .unit = "m",
-       .fallback = "absent",
-       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
-      {.path = "material_region[].radius",
-       .type = kNumber,
-       .unit = "m",
-       .range = above(0),
-       .fallback = "absent",
-       .meaning = "of a ball"},
       {.path = "material_region[].density",
        .type = kNumber,
        .unit = "kg/m^3",
@@ -133,35 +197,29 @@ std::vector<Key> body_keys() {
        .range = strictly_between(-1, 0.5),
        .fallback = "required",
        .meaning = "Poisson's ratio"},
+  };
+}
+
+Keys point_keys() {
+  return {
       {.path = "points[]",
        .type = kTables,
        .fallback = "absent",
-       .meaning = "a named set of surface points, by a box, a ball or a list"},
+       .meaning = "a named set of surface points, by a region or a list"},
       {.path = "points[].name",
        .type = kString,
        .fallback = "required",
        .meaning = "for clamped, modes.static and scenes"},
-      {.path = "points[].box",
-       .type = kPoints,
-       .unit = "m",
-       .fallback = "absent",
-       .meaning = "two opposite corners"},
-      {.path = "points[].center",
-       .type = kVec3,
-       .unit = "m",
-       .fallback = "absent",
-       .meaning = "of a ball, in the coordinates of the mesh file times scale"},
-      {.path = "points[].radius",
-       .type = kNumber,
-       .unit = "m",
-       .range = above(0),
-       .fallback = "absent",
-       .meaning = "of a ball"},
       {.path = "points[].list",
        .type = kPoints,
        .unit = "m",
        .fallback = "absent",
        .meaning = "the nearest surface vertex of each point"},
+  };
+}
+
+Keys motion_keys() {
+  return {
       {.path = "joint_frame[]",
        .type = kTables,
        .fallback = "absent",
@@ -241,28 +299,56 @@ std::optional<MassKind> mass_kind(const Section& root, int order) {
   return MassKind::kLumped;
 }
 
-/// A box, a ball or a list (of a point set) or a group (of tets).
-Region read_region(const Section& s, bool of_points) {
+/// What may stand in place of a shape.
+enum class Instead { kNothing, kList, kGroup };
+
+/// Exactly one shape, or the list of a point set, or the group of tets of a material.
+Region read_region(const Section& s, Instead instead = Instead::kNothing) {
   Region region;
-  const bool list = of_points && s.has("list"), group = !of_points && s.has("group");
-  const bool ball = s.has("center") || s.has("radius");
-  if (s.has("box") + ball + list + group != 1)
-    throw InputError({s.error("", of_points ? "needs one of box, center with radius, and list"
-                                            : "needs one of box, center with radius, and group")});
+  const bool list = instead == Instead::kList && s.has("list");
+  const bool group = instead == Instead::kGroup && s.has("group");
+  const bool axis = s.has("axis"), ball = s.has("center") || (s.has("radius") && !axis);
+  if (s.has("box") + ball + axis + s.has("plane") + list + group != 1)
+    throw InputError(
+        {s.error("", std::string("needs one of box, center with radius, axis with radius, ") +
+                         (instead == Instead::kList    ? "plane, and list"
+                          : instead == Instead::kGroup ? "plane, and group"
+                                                       : "and plane"))});
+  const auto pair = [&](const std::string& key, const char* complaint) {
+    const std::vector<Vec3> points = s.points(key);
+    if (points.size() != 2) throw InputError({s.error(key, complaint)});
+    return std::pair(points[0], points[1]);
+  };
   if (group) region.group = s.string("group");
   if (list) region.list = s.points("list");
   if (s.has("box")) {
-    const std::vector<Vec3> corners = s.points("box");
-    if (corners.size() != 2)
-      throw InputError({s.error("box", "a box has two corners, [[x, y, z], [x, y, z]]")});
-    region.box = {corners[0].cwiseMin(corners[1]), corners[0].cwiseMax(corners[1])};
+    const auto [p, q] = pair("box", "a box has two corners, [[x, y, z], [x, y, z]]");
+    region.box = {p.cwiseMin(q), p.cwiseMax(q)};
   }
   if (ball) {
     if (!s.has("center") || !s.has("radius"))
       throw InputError({s.error("", "a ball needs both center and radius")});
     region.ball = {s.vec3("center"), s.number("radius")};
   }
+  if (axis) {
+    const auto [from, to] = pair("axis", "an axis has two ends, [[x, y, z], [x, y, z]]");
+    if (!s.has("radius") || from == to)
+      throw InputError({s.error("", "a cylinder needs an axis of some length and a radius")});
+    region.cylinder = {from, to, s.number("radius")};
+  }
+  if (s.has("plane")) {
+    const auto [point, normal] = pair("plane", "a plane is a point and a direction");
+    if (!(normal.norm() > 0.0)) throw InputError({s.error("plane", "the direction has no length")});
+    region.half_space = {point, normal.normalized()};
+  }
   return region;
+}
+
+std::vector<Cut> read_cuts(const Section& root) {
+  std::vector<Cut> cuts;
+  for (const Section& s : root.sections("cut"))
+    cuts.push_back({read_region(s), s.string("keep") == "inside", s.location()});
+  return cuts;
 }
 
 JointFrame read_joint_frame(const Section& s) {
@@ -290,11 +376,11 @@ void require_point_set(const Section& root, const std::string& key, const std::s
 /// Regions, point sets, frames and what refers to them.
 void read_parts(const Section& root, Recipe& r) {
   for (const Section& s : root.sections("material_region"))
-    r.material_regions.push_back({read_region(s, false),
+    r.material_regions.push_back({read_region(s, Instead::kGroup),
                                   {s.number("density"), s.number("young"), s.number("poisson")},
                                   s.location()});
   for (const Section& s : root.sections("points"))
-    r.points.push_back({s.string("name"), read_region(s, true), s.location()});
+    r.points.push_back({s.string("name"), read_region(s, Instead::kList), s.location()});
   for (const Section& s : root.sections("joint_frame"))
     r.joint_frames.push_back(read_joint_frame(s));
   if (root.has("clamped")) {
@@ -326,19 +412,86 @@ RepairOptions read_repair(const Section& root) {
   return repair;
 }
 
+SkinJoint read_skin_joint(const Section& s, const std::vector<std::string>& parts) {
+  SkinJoint joint;
+  const std::vector<std::string> names = s.strings("parts");
+  if (names.size() != 2 || names[0] == names[1])
+    throw InputError({s.error("parts", "expected the names of two parts")});
+  const auto index = [&](const std::string& name) {
+    const auto found = std::find(parts.begin(), parts.end(), name);
+    if (found != parts.end()) return static_cast<int>(found - parts.begin());
+    const std::string near = closest_match(name, parts);
+    throw InputError({s.error("parts", "the skin has no part \"" + name + "\"",
+                              near.empty() ? "parts are named like their body files, without "
+                                             ".body.toml"
+                                           : "did you mean \"" + near + "\"?")});
+  };
+  joint.a = index(names[0]), joint.b = index(names[1]);
+  joint.points = s.points("points");
+  if (joint.points.empty()) throw InputError({s.error("points", "the joint has no points")});
+  return joint;
+}
+
+/// A skin has no material of its own.
+SkinRecipe read_skin(const Section& root, const std::string& path) {
+  for (const char* key : {"cut", "seed", "mass", "tet", "material", "material_region", "points",
+                          "joint_frame", "clamped", "damping", "modes"})
+    if (root.has(key))
+      throw InputError({root.error(key, std::string(key) + " is of no use in a skin",
+                                   "give it in the body files of its parts")});
+  SkinRecipe skin;
+  const Section s = root.section("skin");
+  skin.blend = s.number("blend");
+  skin.parts_where = s.location("parts");
+  for (const std::string& part : s.strings("parts")) {
+    skin.part_paths.push_back(beside(path, part));
+    skin.parts.push_back(body_name(part));
+    if (std::count(skin.parts.begin(), skin.parts.end(), skin.parts.back()) > 1)
+      throw InputError({s.error("parts", "two parts are called \"" + skin.parts.back() + "\"")});
+  }
+  if (skin.parts.empty()) throw InputError({s.error("parts", "the skin has no parts")});
+  for (const Section& joint : s.sections("joint")) {
+    skin.joints.push_back(read_skin_joint(joint, skin.parts));
+    skin.joint_where.push_back(joint.location("points"));
+  }
+  return skin;
+}
+
+}  // namespace
+
+namespace {
+
+Schema make_schema(bool of_skin) {
+  Keys keys;
+  if (of_skin)
+    keys.push_back({.path = "material",
+                    .type = kTable,
+                    .fallback = "absent",
+                    .meaning = "that of the parts; it has none of its own"});
+  for (const Keys& part :
+       {surface_keys(), region_keys("cut[]"), skin_keys(), solid_keys(),
+        region_keys("material_region[]"), point_keys(), region_keys("points[]"), motion_keys()})
+    keys.insert(keys.end(), part.begin(), part.end());
+  return Schema("body file (NAME.body.toml)", keys);
+}
+
 }  // namespace
 
 const Schema& body_schema() {
-  static const Schema schema("body file (NAME.body.toml)", body_keys());
+  static const Schema schema = make_schema(false);
   return schema;
 }
 
 Recipe read_recipe(const std::string& path) {
-  const Document document = Document::read(path, body_schema());
+  const std::string text = read_param_file(path);
+  const bool is_skin = parse_param_text(text, path).find("skin") != nullptr;
+  // A skin has no material.
+  const Document document =
+      Document::parse(text, path, is_skin ? make_schema(true) : body_schema());
   const Section root = document.root();
   Recipe r;
   r.path = path;
-  r.text = read_whole_file(path);
+  r.text = text;
   r.name = body_name(path);
   root.integer("schema");
   r.mesh = root.string("mesh");
@@ -347,6 +500,12 @@ Recipe read_recipe(const std::string& path) {
   r.scale = root.number("scale");
 
   r.repair = read_repair(root);
+  if (is_skin) {
+    r.skin = read_skin(root, path);
+    document.check_all_read();
+    return r;
+  }
+  r.cuts = read_cuts(root);
   r.tet.mesher = root.string("tet.mesher") == "cgal" ? Mesher::kCgal : Mesher::kGmsh;
   r.tet.target = root.integer("tet.target");
   r.tet.seed = static_cast<unsigned>(root.integer("seed"));

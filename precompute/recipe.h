@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/schema.h"
+#include "common/skin.h"
 #include "precompute/elasticity.h"
 #include "precompute/modes.h"
 #include "precompute/regions.h"
@@ -11,6 +12,16 @@
 #include "precompute/tetrahedralize.h"
 
 namespace archetide {
+
+/// The surface over bodies that were cut out of it, from a body file with a [skin].
+struct SkinRecipe {
+  double blend = 0.0;                   // m, along the surface
+  std::vector<std::string> parts;       // names of the bodies
+  std::vector<std::string> part_paths;  // of their body files
+  SourceLocation parts_where;
+  std::vector<SkinJoint> joints;            // points still in the mesh's coordinates, m
+  std::vector<SourceLocation> joint_where;  // of each joint
+};
 
 /// A body file (NAME.body.toml), typed and checked. SI units.
 struct Recipe {
@@ -22,6 +33,7 @@ struct Recipe {
   SourceLocation mesh_where;
   double scale = 1.0;         // file coordinates to m
   RepairOptions repair;       // for surfaces
+  std::vector<Cut> cuts;      // for surfaces, in the order of the file
   TetrahedralizeOptions tet;  // for surfaces
   Material material;
   std::vector<MaterialRegion> material_regions;  // in the order of the file
@@ -31,6 +43,7 @@ struct Recipe {
   std::vector<std::string> point_loads;          // point sets whose static responses are wanted
   double alpha = 0.0, beta = 0.0;                // Rayleigh damping, 1/s and s
   ModesOptions modes;
+  std::optional<SkinRecipe> skin;  // then nothing but mesh, scale and repair counts
 };
 
 /// Every key of a body file: type, unit, range, default, meaning.

@@ -7,7 +7,18 @@ namespace archetide {
 bool Region::contains(const Vec3& x) const {
   if (box)
     return (x.array() >= box->first.array()).all() && (x.array() <= box->second.array()).all();
-  return ball && (x - ball->first).norm() <= ball->second;
+  if (ball) return (x - ball->first).norm() <= ball->second;
+  if (half_space) return (x - half_space->point).dot(half_space->normal) <= 0.0;
+  if (!cylinder) return false;
+  const Vec3 axis = cylinder->to - cylinder->from;
+  const double along = (x - cylinder->from).dot(axis) / axis.squaredNorm();
+  return along >= 0.0 && along <= 1.0 &&
+         (x - cylinder->from - along * axis).norm() <= cylinder->radius;
+}
+
+bool keeps(const std::vector<Cut>& cuts, const Vec3& x) {
+  return std::all_of(cuts.begin(), cuts.end(),
+                     [&](const Cut& cut) { return cut.region.contains(x) == cut.inside; });
 }
 
 PointSet find_points(const NamedRegion& named, const TriMesh& surface, const Vec3& centre) {

@@ -12,16 +12,34 @@
 
 namespace archetide {
 
-/// A part of space: a box, a ball, or the places nearest to a list of points. Metres, in the
-/// coordinates of the input mesh times scale.
+/// A part of space: a box, a ball, a cylinder, a half-space, or the places nearest to a list of
+/// points. Metres, in the coordinates of the input mesh times scale.
 struct Region {
+  struct Cylinder {
+    Vec3 from, to;  // centres of its ends
+    double radius;
+  };
+  struct HalfSpace {
+    Vec3 point, normal;  // of its plane; the normal points out of it
+  };
   std::optional<std::pair<Vec3, Vec3>> box;     // low and high corner
   std::optional<std::pair<Vec3, double>> ball;  // centre, radius
+  std::optional<Cylinder> cylinder;
+  std::optional<HalfSpace> half_space;
   std::vector<Vec3> list;
   std::string group;  // of tets, in the mesh file
 
-  bool contains(const Vec3& x) const;  // box and ball, boundary included
+  bool contains(const Vec3& x) const;  // the shapes, boundary included
 };
+
+/// Keeps what lies inside a region, or outside.
+struct Cut {
+  Region region;
+  bool inside = true;
+  SourceLocation where;
+};
+/// Whether all the cuts keep x, boundaries included.
+bool keeps(const std::vector<Cut>& cuts, const Vec3& x);
 
 /// A named region of the surface.
 struct NamedRegion {

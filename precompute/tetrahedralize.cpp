@@ -14,6 +14,7 @@
 #include "precompute/meshers.h"
 #include "precompute/quadratic_tets.h"
 #include "precompute/restore_volume.h"
+#include "precompute/tet_element.h"
 
 namespace archetide {
 namespace {
@@ -150,6 +151,18 @@ TetrahedralizeResult fill_to_target(const TriMesh& surface, const Way& way, doub
   }
 }
 
+/// Curved tets whose Jacobian has become too small.
+std::vector<int> folded_tets(const TetMesh& mesh) {
+  std::vector<int> folded;
+  for (int t = 0; t < int(mesh.mids.size()); ++t) {
+    const auto x = element_positions<10>(mesh, element_nodes<10>(mesh, t));
+    constexpr double kRoundOff = 1e-9;
+    if (!is_straight(x) && smallest_jacobian(x) < kSmallestJacobian - kRoundOff)
+      folded.push_back(t);
+  }
+  return folded;
+}
+
 /// Moves the boundary to restore the volume where that harms no tet: the nodes of harmed ones are
 /// held and the others tried again; at last, only a part of the volume is restored.
 void restore(const QualityLimits& limits, double volume, int shell_count,
@@ -163,7 +176,8 @@ void restore(const QualityLimits& limits, double volume, int shell_count,
       TetMesh restored = result.mesh;
       if (part > 0 && !restore_volume(restored, volume - (1 - part) * missing, held)) break;
       const TetQuality after = measure_quality(restored, volume, shell_count);
-      if (quality_complaints(after, limits).empty()) {
+      const std::vector<int> folded = folded_tets(restored);
+      if (folded.empty() && quality_complaints(after, limits).empty()) {
         result.mesh = std::move(restored);
         result.quality = after;
         return;
@@ -171,6 +185,10 @@ void restore(const QualityLimits& limits, double volume, int shell_count,
       if (part == 0) break;
       for (const int t : bad_tets(restored, limits))
         for (const int node : restored.tets[t]) held[node] = 1;
+      for (const int t : folded) {
+        for (const int node : restored.tets[t]) held[node] = 1;
+        for (const int node : restored.mids[t]) held[node] = 1;
+      }
     }
   }
 }

@@ -8,12 +8,15 @@
 #include "common/atomic_file.h"
 #include "common/cli.h"
 #include "runtime/bench/bench.h"
+#include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
+#include "runtime/output/failure_folder.h"
 #include "runtime/output/render.h"
 #include "runtime/output/report.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/scene/expectations.h"
 #include "runtime/scene/initial_water.h"
+#include "runtime/scene/limits.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/run_loop.h"
 #include "runtime/scene/scene_builder.h"
@@ -31,7 +34,7 @@ struct Arguments {
   // run, check, deps
   std::string scene, archetypes, out, target;
   std::vector<std::string> overrides;
-  std::string resume = "auto";
+  std::string resume;  // "": auto
   std::optional<double> until;
   std::optional<int> frames;
   bool replace = false;
@@ -54,32 +57,64 @@ SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrid
 
 // --- run ---
 
-// A folder is written to when it is new, empty, or a run that may be replaced.
-void claim_run_folder(const Arguments& a) {
-  if (a.resume != "auto" && a.resume != "never") {
-    throw InputError("not in this version: resume from a frame (--resume " + a.resume + ")",
-                     "start again with --resume never --replace");
-  }
-  const fs::path folder(a.out);
-  if (!fs::exists(folder)) return;
-  if (!fs::is_directory(folder))
-    throw InputError(a.out + " is not a folder", "choose another -o DIR");
-  if (fs::is_empty(folder)) return;
-  if (!fs::exists(folder / "manifest.json")) {
-    throw InputError(a.out + " holds files that are no run of this program",
-                     "choose another -o DIR");
-  }
-  if (!a.replace) {
-    const bool resume = a.resume == "auto" && !fs::exists(folder / "done.stamp");
-    throw InputError(resume ? "not in this version: resume of the unfinished run in " + a.out
-                            : a.out + " holds a run already",
-                     "use --replace to run again in its place");
-  }
+// Where a run begins: at the start, in the middle of the run that is in the folder, or at a
+// checkpoint of another one.
+struct RunStart {
+  std::string checkpoint;  // "": at the start
+  bool fork = false;
+};
+
+bool is_frame(const std::string& text) {
+  return !text.empty() && text.size() <= 9 &&
+         text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+void clear_run_folder(const std::string& folder) {
   for (const char* name :
        {"done.stamp", "scene.toml", "run.log", "stats.csv", "bodies.csv", "frames", "pictures",
         "failure", "checkpoint", "film.mp4", "report.html", "manifest.json"}) {
-    fs::remove_all(folder / name);
+    fs::remove_all(fs::path(folder) / name);
   }
+}
+
+// True when the folder holds a run. Throws InputError when it holds anything else.
+bool holds_run(const std::string& out) {
+  const fs::path folder(out);
+  if (!fs::exists(folder)) return false;
+  if (!fs::is_directory(folder))
+    throw InputError(out + " is not a folder", "choose another -o DIR");
+  if (fs::is_empty(folder)) return false;
+  if (!fs::exists(folder / "manifest.json"))
+    throw InputError(out + " holds files that are no run of this program", "choose another -o DIR");
+  return true;
+}
+
+// `auto` in a folder with a run: an unfinished one of this scene goes on.
+RunStart resume_automatically(const Arguments& a, const CheckpointIdentity& identity) {
+  const bool done = fs::exists(fs::path(a.out) / "done.stamp");
+  const bool either = a.replace && !a.resume.empty();  // said so: go on where possible
+  const auto latest = done || (a.replace && !either) ? std::nullopt : latest_checkpoint(a.out);
+  if (latest && (!either || state_fits(*latest, identity))) return {*latest, false};
+  if (!a.replace)
+    throw InputError(
+        a.out + (done ? " holds a run already" : " holds an unfinished run without a checkpoint"),
+        "use --replace to run again in its place");
+  clear_run_folder(a.out);
+  return {};
+}
+
+RunStart claim_run_folder(const Arguments& a, const CheckpointIdentity& identity) {
+  const bool automatic = a.resume.empty() || a.resume == "auto", fork = a.resume.ends_with(".h5");
+  if (!automatic && !fork && a.resume != "never" && !is_frame(a.resume))
+    throw InputError("--resume " + a.resume + " is neither auto, never, a frame nor a file .h5",
+                     "for example --resume 144");
+  const bool held = holds_run(a.out);
+  if (is_frame(a.resume)) return {checkpoint_of_frame(a.out, std::stoi(a.resume)), false};
+  if (held && automatic) return resume_automatically(a, identity);
+  if (held && !a.replace)
+    throw InputError(a.out + " holds a run already", "use --replace to run again in its place");
+  if (held) clear_run_folder(a.out);
+  return fork ? RunStart{a.resume, true} : RunStart{};
 }
 
 RunSetup run_setup(const SceneSpec& scene, const RunPlan& plan, const Arguments& a,
@@ -99,7 +134,7 @@ RunSetup run_setup(const SceneSpec& scene, const RunPlan& plan, const Arguments&
 }
 
 RunPlan run_plan(const SceneSpec& scene, const Arguments& a) {
-  RunPlan plan{scene.end_time, scene.fps, a.until, scene.volume_drift_limit};
+  RunPlan plan{scene.end_time, scene.fps, a.until, scene.limits.step.value_or(0.0)};
   if (a.frames) plan.end_time = std::min(plan.end_time, *a.frames / scene.fps);
   return plan;
 }
@@ -114,13 +149,46 @@ bool judge(const Expectations& expectations, RunWriter& writer) {
   return good;
 }
 
-int finish_broken_run(const NumericsError& error, const Simulation& simulation, const Arguments& a,
-                      RunWriter& writer) {
-  writer.finish(kExitNumerics, error.what(), simulation);
-  fs::create_directories(fs::path(a.out) / "failure");
-  write_file_atomically(a.out + "/failure/diagnosis.txt",
-                        std::string(error.what()) + "\nreplay: " + a.command_line + "\n");
-  if (a.common.quiet) log_error(std::string("error: ") + error.what());
+// The scene with paths that hold from anywhere.
+std::string portable_scene(const SceneSpec& scene) {
+  std::vector<std::string> paths;
+  const auto fix = [&](const std::string& key, const std::string& path) {
+    if (!path.empty()) paths.push_back(key + "=\"" + fs::absolute(path).string() + "\"");
+  };
+  for (std::size_t n = 0; n < scene.statics.size(); ++n)
+    fix("static[" + std::to_string(n) + "].mesh", scene.statics[n].mesh);
+  if (scene.fluid) fix("fluid.water.mesh", scene.fluid->water.mesh);
+  const auto fix_archetype = [&](const std::string& list, std::size_t n, const std::string& name) {
+    if (name.ends_with(".h5")) fix(list + "[" + std::to_string(n) + "].archetype", name);
+  };
+  for (std::size_t n = 0; n < scene.bodies.size(); ++n)
+    fix_archetype("body", n, scene.bodies[n].archetype);
+  for (std::size_t n = 0; n < scene.scatters.size(); ++n)
+    fix_archetype("scatter", n, scene.scatters[n].body.archetype);
+  return paths.empty() ? scene.text : parse_scene_text(scene.text, scene.file, paths).text;
+}
+
+FailureSetup failure_setup(const SceneSpec& scene, const Arguments& a,
+                           const ArchetypeLibrary& library,
+                           const std::vector<std::string>& body_names) {
+  FailureSetup setup{a.out, portable_scene(scene), "", body_names};
+  for (const std::string& name : archetype_names(scene)) {
+    if (name.ends_with(".h5")) continue;
+    const fs::path folder = fs::absolute(library.path(name)).parent_path();
+    setup.options = " --archetypes '" + folder.lexically_normal().string() + "'";
+  }
+  if (a.frames) setup.options += " --frames " + std::to_string(*a.frames);
+  setup.options += " -t " + std::to_string(omp_get_max_threads());
+  return setup;
+}
+
+int finish_broken_run(const SimulationFailure& failure, const FailureSetup& setup,
+                      const CheckpointIdentity& identity, const Simulation& simulation,
+                      const VisitState& visit, bool quiet, RunWriter& writer) {
+  const std::string replay = write_failure(setup, failure, identity, simulation, visit);
+  writer.finish(kExitNumerics, failure.what(), simulation);
+  writer.log("see " + setup.run_folder + "/failure; replay: " + replay);
+  if (quiet) log_error(std::string("error: ") + failure.what());
   return kExitNumerics;
 }
 
@@ -144,26 +212,55 @@ int run(const Arguments& a) {
   ArchetypeLibrary library(scene.directory, a.archetypes);
   BuiltScene built = build_scene(scene, library);
   const std::vector<std::string> body_names = built.body_names;
-  const RunPlan plan = run_plan(scene, a);
-  claim_run_folder(a);
+  const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
+  RunPlan plan = run_plan(scene, a);
+  const RunStart start = claim_run_folder(a, identity);
 
   Simulation simulation = make_simulation(std::move(built), scene);
-  RunWriter writer(run_setup(scene, plan, a, body_names), simulation);
   Expectations expectations(scene.expect, plan.end_time);
+  LimitWatch limits(scene.limits);
+  RunProgress progress;
+  const auto visit = [&](StateArchive& state) {
+    simulation.visit_state(state);
+    expectations.visit_state(state);
+    limits.visit_state(state);
+    progress.visit_state(state);
+  };
+  RunSetup setup = run_setup(scene, plan, a, body_names);
+  if (!start.checkpoint.empty()) {
+    read_state(start.checkpoint, identity, !start.fork, visit);
+    setup.resumed = progress, setup.resumed_from = start.checkpoint, setup.fork = start.fork;
+    plan.resumed = true;
+    fs::remove_all(fs::path(a.out) / "failure");
+  }
+  RunWriter writer(setup, simulation);
+  const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
+  const auto checkpoint = [&] {
+    progress = writer.progress();
+    checkpoints.write(progress.frames - 1, visit);
+  };
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   RunEvents events;
   events.on_step = [&](const StepReport& report) {
     writer.on_step(report, simulation);
     expectations.observe(report, simulation);
+    limits.observe(report, simulation);
   };
-  events.on_frame = [&] { writer.on_frame(simulation); };
+  events.on_frame = [&] {
+    writer.on_frame(simulation);
+    const int frame = writer.frame();
+    if (scene.checkpoints && frame > 0 && frame % scene.checkpoint_every == 0) checkpoint();
+  };
   events.stop_requested = [] { return interrupted != 0; };
   try {
     const RunEnd end = run_frames(simulation, plan, events);
+    if (end == RunEnd::kStopped || scene.checkpoints) checkpoint();
     return finish_run(end, plan.end_time == scene.end_time, expectations, simulation, a, writer);
-  } catch (const NumericsError& error) {
-    return finish_broken_run(error, simulation, a, writer);
+  } catch (const SimulationFailure& failure) {
+    progress = writer.progress();
+    return finish_broken_run(failure, failure_setup(scene, a, library, body_names), identity,
+                             simulation, visit, a.common.quiet, writer);
   }
 }
 
@@ -200,6 +297,8 @@ int check(const Arguments& a) {
                std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
                std::to_string(body.r) + " modes");
   }
+  line("joints", built.joints.size());
+  line("skins", built.skins.size());
   line("obstacles", built.obstacles.size());
   line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
                      megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) +
@@ -358,15 +457,19 @@ const std::vector<Verb>& verbs() {
          scene_options(app, a);
          app.add_option("-o,--output", a.out, "run folder")->required()->type_name("DIR");
          app.add_option("--resume", a.resume,
-                        "auto | never | FRAME (an unfinished run is refused in this version)")
-             ->capture_default_str();
-         app.add_option("--until", a.until, "stop at this scene time, s, with exit code 75")
+                        "auto (default): an unfinished run of this scene in DIR goes on | never | "
+                        "FRAME: go on from that checkpoint | FILE.h5: from another run's state");
+         app.add_option("--until", a.until,
+                        "stop after the first step that reaches this scene time, s, with a "
+                        "checkpoint and exit code 75")
              ->check(CLI::PositiveNumber)
              ->type_name("T");
          app.add_option("--frames", a.frames, "run only so many frames")
              ->check(CLI::PositiveNumber)
              ->type_name("N");
-         app.add_flag("--replace", a.replace, "remove a run that is in the folder already");
+         app.add_flag("--replace", a.replace,
+                      "remove a run that is in the folder already (with --resume auto: one that "
+                      "cannot go on)");
        }},
       {"check", "validate a scene, list what is on, estimate cells and memory", check,
        scene_options},

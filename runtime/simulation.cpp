@@ -2,18 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "common/check.h"
 #include "common/input_error.h"
 #include "runtime/articulation/pre_stabilisation.h"
+#include "runtime/body_state.h"
 #include "runtime/contact/body_contacts.h"
+#include "runtime/contact/keep_out.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/air_extension.h"
+#include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
+#include "runtime/fluid/markers.h"
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/time_splitting.h"
+#include "runtime/grid/state_fields.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -49,7 +55,8 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
 std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
                                             const std::vector<ReducedBody>& bodies,
                                             const std::vector<TriMesh>& obstacles,
-                                            const std::vector<Joint>& joints) {
+                                            const std::vector<Joint>& joints,
+                                            const std::vector<SkinnedBodies>& skins) {
   const bool alone = bodies.size() + obstacles.size() < 2;
   if (!o.body_contact || bodies.empty() || alone) return nullptr;
   const bool has_tank = o.grid.cells() > 0;
@@ -64,6 +71,10 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
   BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal, {}};
   for (const Joint& joint : joints)
     if (joint.b >= 0) c.apart.insert(std::minmax({joint.a, joint.b}));
+  for (const SkinnedBodies& skin : skins)
+    for (const int a : skin.bodies)
+      for (const int b : skin.bodies)
+        if (a < b) c.apart.insert({a, b});
   return std::make_unique<BodyContacts>(
       c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
 }
@@ -122,6 +133,8 @@ struct Simulation::Impl {
   std::vector<double> release;       // s, of those that wait
   std::vector<TriMesh> obstacles;
   std::vector<Joint> joints;
+  std::vector<Actuator> actuators;
+  std::vector<SkinnedBodies> skins;
   Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
@@ -134,28 +147,33 @@ struct Simulation::Impl {
   Array3<unsigned char> solid_cells;
   FaceField<unsigned char> target;
   MacField u_half, u_star;
-  MacField push;         // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
-                         // continued like the velocity
-  MacField carrier;      // transporting velocity, m/s
-  MacField u_last;       // u^{n-1}, m/s (Scheme::kSingle)
-  double last_dt = 0.0;  // s, of the step that u_half stems from; 0: of none
-  long step_count = 0;
+  MacField push;     // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
+                     // continued like the velocity
+  MacField carrier;  // transporting velocity, m/s
+  MacField u_last;   // u^{n-1}, m/s (Scheme::kSingle)
+  std::vector<ReducedBody> seen;  // as the last solve saw them (Scheme::kSingle)
+  double last_dt = 0.0;           // s, of the step that u_half stems from; 0: of none
+  std::int64_t step_count = 0;
   double volume_wanted = 0.0,
          volume = 0.0;  // m^3: at the start less what left through open sides; last measured
-  double volume_given_back = 0.0;  // m^3
+  double volume_given_back = 0.0;     // m^3
+  double actuation_work = 0.0;        // J
+  std::unique_ptr<KeepOut> keep_out;  // null: no markers
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
-       std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied)
+       std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied,
+       std::vector<SkinnedBodies> skinned)
       : options(std::move(o)),
         fluid(std::move(initial)),
         waiting(std::move(b)),
         release(std::move(appear)),
         obstacles(std::move(obs)),
         joints(std::move(tied)),
-        coupling(coupling_options(options), obstacles, joints) {
+        skins(std::move(skinned)),
+        coupling(coupling_options(options), obstacles, joints, skins) {
     release.resize(waiting.size(), 0.0);
-    between = body_contacts(options, waiting, obstacles, joints);
+    between = body_contacts(options, waiting, obstacles, joints, skins);
     admit_bodies();
   }
 
@@ -171,6 +189,7 @@ struct Simulation::Impl {
 
   void prepare();
   void admit_bodies();
+  void admit(std::size_t n);
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
@@ -181,6 +200,7 @@ struct Simulation::Impl {
   void resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
+  std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
   bool may_reach_wall(std::size_t b, double dt) const;
   std::vector<double> body_speeds() const;
   void resolve_body_contact(double dt, StepReport& report);
@@ -194,9 +214,15 @@ struct Simulation::Impl {
   // How far from the surface the velocity that carries it is asked, m: where a step may carry it,
   // and the cells around.
   double swept_reach() const { return (1.5 + std::min(options.cfl, 3.0)) * options.grid.dx; }
+  void update_geometry(const std::vector<ReducedBody>& at);
+  void visit_state(StateArchive& a);
+  void visit_water(StateArchive& a);
   void control_volume();
+  void carry_markers(double dt);
+  void keep_markers_in_water();
   void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
+  SimulationFailure failure(double dt, const StepReport& report) const;
 };
 
 // Bodies whose time has come join the others.
@@ -204,7 +230,10 @@ void Simulation::Impl::admit_bodies() {
   constexpr double kSameTime = 1e-9;  // s
   std::size_t n = 0;
   while (n < waiting.size() && release[n] <= fluid.time + kSameTime) ++n;
-  if (n == 0) return;
+  if (n > 0) admit(n);
+}
+
+void Simulation::Impl::admit(std::size_t n) {
   bodies.insert(bodies.end(), waiting.begin(), waiting.begin() + static_cast<long>(n));
   waiting.erase(waiting.begin(), waiting.begin() + static_cast<long>(n));
   release.erase(release.begin(), release.begin() + static_cast<long>(n));
@@ -227,13 +256,78 @@ void Simulation::Impl::prepare() {
   carrier.resize(g, 0.0);
   if (options.scheme == Scheme::kSingle) u_last.resize(g, 0.0);
   valid.resize(g, 1);
-  std::vector<StageBody> stage;
-  for (const ReducedBody& b : bodies)
-    stage.push_back({&b, current_configuration(b), {}, false, {}});
-  coupling.update_geometry(stage);
+  update_geometry(bodies);
   mark_solid_cells(coupling.solids(), solid_cells);
   prepare_surface(g, fluid, surface_options(), solid_cells);
   volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
+  if (fluid.markers.empty()) return;
+  keep_out = std::make_unique<KeepOut>(obstacles, 0.5 * g.dx);
+  keep_markers_in_water();
+}
+
+void Simulation::Impl::update_geometry(const std::vector<ReducedBody>& at) {
+  std::vector<StageBody> stage;
+  for (const ReducedBody& b : at) stage.push_back({&b, current_configuration(b), {}, false, {}});
+  coupling.update_geometry(stage);
+}
+
+// The list of everything that a step hands to the next.
+void Simulation::Impl::visit_state(StateArchive& a) {
+  a.field("time", fluid.time);
+  a.field("last_dt", last_dt);
+  a.field("step_count", step_count);
+  a.field("actuation_work", actuation_work);
+  std::size_t present = bodies.size();
+  a.field("present", present);
+  if (present < bodies.size() || present > bodies.size() + waiting.size())
+    a.fail("there are other bodies in this scene");
+  if (present > bodies.size()) admit(present - bodies.size());
+  body_fields(a, "bodies", bodies);
+  a.field("bodies/water_impulse", water_impulse);
+  a.field("bodies/water_angular_impulse", water_angular_impulse);
+  if (between) {
+    contact_fields(a, "contact/position", between->memory.position);
+    contact_fields(a, "contact/velocity", between->memory.velocity);
+  }
+  if (has_water()) visit_water(a);
+  coupling.visit_state(a);
+}
+
+void Simulation::Impl::visit_water(StateArchive& a) {
+  a.field("water/volume_wanted", volume_wanted);
+  a.field("water/volume", volume);
+  a.field("water/volume_given_back", volume_given_back);
+  a.field("water/markers", fluid.markers);
+  a.field("particles/position", fluid.particles.position);
+  a.field("particles/radius", fluid.particles.radius);
+  a.field("particles/sign", fluid.particles.sign);
+  grid_field(a, "water/phi", fluid.phi);
+  grid_field(a, "water/valid", valid);
+  grid_field(a, "water/u", fluid.u);
+  grid_field(a, "water/u_half", u_half);
+  grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
+  grid_field(a, "water/push", push);
+  if (options.scheme != Scheme::kSingle) return;
+  grid_field(a, "water/u_last", u_last);
+  // With one solve a step the surface moves before there is a new geometry.
+  if (seen.empty()) seen = bodies;
+  body_fields(a, "seen", seen);
+  if (a.reading()) update_geometry(seen);
+}
+
+// Markers follow the velocity that carries the surface.
+void Simulation::Impl::carry_markers(double dt) {
+  if (!keep_out) return;
+  ScopedTimer timer(profile, "markers");
+  advect_points(options.grid, u_half, dt, fluid.markers);
+  keep_markers_in_water();
+}
+
+// Trilinear velocities near a body know its sides to a fraction of a cell only.
+void Simulation::Impl::keep_markers_in_water() {
+  constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
+  return_to_water(options.grid, fluid.phi, fluid.markers);
+  keep_out->move_out(bodies, kClearance * options.grid.dx, fluid.markers);
 }
 
 // Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
@@ -305,9 +399,12 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   }
   ScopedTimer timer(profile, "positions");
   if (has_water()) advect_to_half(dt);
+  std::vector<Configuration> now;
+  for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], current_configuration(bodies[b]), {}, may_reach_wall(b, dt), {}});
+    stage.push_back({&bodies[b], now[b], {}, may_reach_wall(b, dt), {}, {}, driven[b]});
   std::vector<StageResult> results;
   report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results,
                                     between ? &ahead : nullptr);
@@ -364,16 +461,35 @@ bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, doubl
   return good;
 }
 
+// B^T f of each body's actuators, or empty. Both stages ask at the middle of the step: with the
+// trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy gained.
+std::vector<VecX> Simulation::Impl::actuation(double t,
+                                              const std::vector<Configuration>& at) const {
+  std::vector<VecX> force(bodies.size());
+  for (const Actuator& actuator : actuators) {
+    const auto b = static_cast<std::size_t>(actuator.body);
+    if (b >= bodies.size()) continue;  // has not appeared yet
+    const ConfigurationTerms terms = configuration_terms(bodies[b], at[b], options.modal.mass);
+    const VecX f = modal_force(actuator, t, bodies[b], at[b], terms);
+    force[b] = force[b].size() > 0 ? VecX(force[b] + f) : f;
+  }
+  return force;
+}
+
 // Scheme::kSingle, before its solve: bodies move on with the velocity that they have, modes by
 // their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
 // u^n.
 void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
   if (has_water()) u_half = fluid.u;
+  std::vector<Configuration> now;
+  for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     ReducedBody& body = bodies[b];
+    VecX force = VecX::Zero(body.dofs());
+    if (driven[b].size() > 0) force.tail(body.r) = driven[b];
     const FreeMotion motion =
-        free_motion(body, current_configuration(body), VecX::Zero(body.dofs()), dt,
-                    Stage::kPositionHalf, options.modal);
+        free_motion(body, now[b], force, dt, Stage::kPositionHalf, options.modal);
     middle.push_back(advance_pose(body, motion, motion.y_star, dt));
     held[b] = {};
   }
@@ -464,9 +580,11 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     advect_to_end(dt);
   }
   ScopedTimer timer(profile, "velocities");
+  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, middle);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b]});
+    stage.push_back(
+        {&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], driven[b]});
   std::vector<StageResult> results;
   const bool single = has_water() && options.scheme == Scheme::kSingle;
   if (single) push = u_star;
@@ -480,6 +598,8 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     report.contact_sweeps += touching.sweeps;
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (driven[b].size() > 0)  // f · (q̇ⁿ + q̇ⁿ⁺¹)/2 dt
+      actuation_work += 0.5 * dt * driven[b].dot(bodies[b].q_dot + results[b].y.tail(bodies[b].r));
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
@@ -503,6 +623,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   std::vector<std::vector<Vec3>> read_points;
   if (options.scheme == Scheme::kNewmark) {
     if (!advance_positions(dt, middle, read_points, report)) return false;
+    if (broken_body(bodies) >= 0) return false;
     resolve_contact(dt, report);
     return advance_velocities(dt, middle, read_points, report);
   }
@@ -511,6 +632,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   predict_positions(dt, middle);
   resolve_contact(dt, report);
   if (!advance_velocities(dt, middle, read_points, report)) return false;
+  seen = bodies;
   correct_positions(dt, start);
   return true;
 }
@@ -533,14 +655,40 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   r.max_speed = fastest;
   r.joint_drift = joint_drift(joints, bodies);
+  r.actuation_work = actuation_work;
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
+}
+
+// What a step that cannot be taken broke at: the cell with most divergence left, and the body
+// nearest to it.
+SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report) const {
+  const bool open_joints = report.joint_drift > 0.0;
+  Culprit culprit;
+  double nearest = INFINITY;
+  if (has_water() && !open_joints) {
+    culprit.cell = coupling.last_divergent_cell();
+    const Vec3i& c = *culprit.cell;
+    const Vec3 x = options.grid.cell_centre(c[0], c[1], c[2]);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const double gap = (bodies[b].position - x).norm() - reach[b].rest;
+      if (gap < nearest) nearest = gap, culprit.body = static_cast<int>(b);
+    }
+  }
+  std::ostringstream what;
+  what << (open_joints ? "joints could not be closed" : "the coupled solve did not converge")
+       << " (dt = " << dt << " s, residual "
+       << std::max(report.position.residual, report.velocity.residual) << ", "
+       << std::max(report.position.iterations, report.velocity.iterations) << " iterations)";
+  return {"convergence", what.str(), fluid.time, culprit};
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
                        std::vector<ReducedBody> bodies, std::vector<TriMesh> obstacles,
-                       std::vector<double> release, std::vector<Joint> joints)
+                       std::vector<double> release, std::vector<Joint> joints,
+                       std::vector<SkinnedBodies> skins)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(initial), std::move(bodies),
-                                   std::move(obstacles), std::move(release), std::move(joints))) {
+                                   std::move(obstacles), std::move(release), std::move(joints),
+                                   std::move(skins))) {
   // one solve a step lacks the half step that keeps joints closed: their energy grew (measured)
   ARCHETIDE_CHECK(impl_->joints.empty() || impl_->options.scheme == Scheme::kNewmark);
   impl_->prepare();
@@ -566,6 +714,9 @@ double Simulation::stable_dt() const {
 StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
   s.admit_bodies();
+  StepReport before;
+  before.t = s.fluid.time;
+  demand_finite(s.bodies, s.fluid, before);
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
   const Array3<double> phi = s.fluid.phi;
@@ -580,20 +731,15 @@ StepReport Simulation::step(double dt) {
     StepReport report;
     report.halvings = halvings;
     if (s.attempt(dt, report)) {
+      s.carry_markers(dt);
       s.last_dt = dt;
       s.fluid.time += dt;
       ++s.step_count;
       s.fill_report(dt, report);
-      demand_finite(s.bodies, report);
+      demand_finite(s.bodies, s.fluid, report);
       return report;
     }
-    if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
-      throw NumericsError(
-          std::string(report.joint_drift > 0.0 ? "joints could not be closed"
-                                               : "the coupled solve did not converge") +
-          " at t = " + std::to_string(s.fluid.time) + " s (dt = " + std::to_string(dt) +
-          " s, residual " +
-          std::to_string(std::max(report.position.residual, report.velocity.residual)) + ")");
+    if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings) throw s.failure(dt, report);
     s.bodies = bodies;
     s.fluid.phi = phi;
     s.fluid.particles = particles;
@@ -602,6 +748,15 @@ StepReport Simulation::step(double dt) {
     s.volume_given_back = volume_given_back;
     if (s.between) s.between->memory = contact_memory;
   }
+}
+
+void Simulation::visit_state(StateArchive& a) {
+  ARCHETIDE_CHECK(!a.reading() || impl_->step_count == 0);
+  impl_->visit_state(a);
+}
+
+void Simulation::set_actuators(std::vector<Actuator> actuators) {
+  impl_->actuators = std::move(actuators);
 }
 
 double Simulation::time() const { return impl_->fluid.time; }
@@ -614,6 +769,7 @@ std::vector<ReducedBody> Simulation::all_bodies() const {
   all.insert(all.end(), impl_->waiting.begin(), impl_->waiting.end());
   return all;
 }
+const std::vector<SkinnedBodies>& Simulation::skins() const { return impl_->skins; }
 const Coupling& Simulation::coupling() const { return impl_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return impl_->obstacles; }
 const Vec3& Simulation::water_impulse(int b) const { return impl_->water_impulse[b]; }

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "common/profile.h"
+#include "common/state_file.h"
 #include "common/tri_mesh.h"
+#include "runtime/articulation/actuation.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/grid/grid.h"
@@ -53,9 +55,10 @@ struct StepReport {
   Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
-  double max_speed = 0.0;  // m/s, water and bodies
-  int contacts = 0;        // points that touch walls, obstacles or other bodies
-  int contact_sweeps = 0;  // of the contact solver, both stages
+  double actuation_work = 0.0;  // of all actuators since the start, J
+  double max_speed = 0.0;       // m/s, water and bodies
+  int contacts = 0;             // points that touch walls, obstacles or other bodies
+  int contact_sweeps = 0;       // of the contact solver, both stages
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double joint_drift = 0.0;                              // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
@@ -66,12 +69,16 @@ class Simulation {
   /// `initial` gives phi and u (u may be empty: at rest). Static obstacles are closed outward
   /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints`
   /// of bodies that are there from the start; jointed bodies do not collide with each other, and
-  /// the scheme must be kNewmark.
+  /// the scheme must be kNewmark. `skins` of bodies that are there from the start; members of one
+  /// skin do not collide with each other, and with the rest as their own surfaces.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
              std::vector<TriMesh> obstacles, std::vector<double> release = {},
-             std::vector<Joint> joints = {});
+             std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
+
+  /// Forces that drive modes; `body` counts all_bodies().
+  void set_actuators(std::vector<Actuator> actuators);
 
   /// The step that the CFL number and max_dt allow now, s.
   double stable_dt() const;
@@ -88,6 +95,7 @@ class Simulation {
   std::vector<ReducedBody>& bodies();
   /// And those that will, as they will appear.
   std::vector<ReducedBody> all_bodies() const;
+  const std::vector<SkinnedBodies>& skins() const;
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;
   const std::vector<TriMesh>& obstacles() const;
@@ -96,6 +104,10 @@ class Simulation {
   const Vec3& water_impulse(int b) const;
   const Vec3& water_angular_impulse(int b) const;
   void reset_water_impulses();
+  /// Everything that the next step depends on, and impulses since the last reset; the scene gives
+  /// the rest. Reading needs a simulation that has made no step. Resumed equals uninterrupted bit
+  /// for bit.
+  void visit_state(StateArchive& a);
   /// Wall seconds by phase since construction.
   const Profile& profile() const;
 

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/input_error.h"
+#include "runtime/failure.h"
 #include "runtime/fluid/level_set.h"
 
 namespace archetide {
-namespace {
 
-// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body) {
   if (body.r == 0) return 0.0;
   const Archetype& a = *body.archetype;
@@ -21,8 +19,6 @@ double deformation(const ReducedBody& body) {
   }
   return largest / size;
 }
-
-}  // namespace
 
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& r) {
   r.body_momentum += body.P;
@@ -115,18 +111,48 @@ double largest_surface_speed(const ReducedBody& body) {
   return std::sqrt(fastest);
 }
 
-void demand_finite(const std::vector<ReducedBody>& bodies, const StepReport& r) {
+namespace {
+
+// The first mode that is not finite, or -1.
+int broken_mode(const ReducedBody& body) {
+  for (int i = 0; i < body.r; ++i)
+    if (!std::isfinite(body.q[i]) || !std::isfinite(body.q_dot[i])) return i;
+  return -1;
+}
+
+// A cell beside the first velocity that is not finite, or with such a level set.
+std::optional<Vec3i> broken_cell(const FluidState& fluid) {
+  const Array3<double>& phi = fluid.phi;
+  for (int k = 0; k < phi.nz(); ++k)
+    for (int j = 0; j < phi.ny(); ++j)
+      for (int i = 0; i < phi.nx(); ++i)
+        if (!std::isfinite(phi(i, j, k) + fluid.u[0](i, j, k) + fluid.u[1](i, j, k) +
+                           fluid.u[2](i, j, k)))
+          return Vec3i(i, j, k);
+  return std::nullopt;
+}
+
+}  // namespace
+
+int broken_body(const std::vector<ReducedBody>& bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const ReducedBody& body = bodies[b];
     const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() &&
-                        body.P.allFinite() && body.L.allFinite() && body.q.allFinite() &&
-                        body.q_dot.allFinite();
-    if (!finite)
-      throw NumericsError("body " + std::to_string(b) +
-                          " is no longer finite at t = " + std::to_string(r.t) + " s");
+                        body.P.allFinite() && body.L.allFinite() && broken_mode(body) < 0;
+    if (!finite) return static_cast<int>(b);
   }
+  return -1;
+}
+
+void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
+                   const StepReport& r) {
+  const int body = broken_body(bodies);
+  if (body >= 0)
+    throw SimulationFailure("finite", "a body is no longer finite", r.t,
+                            {body, broken_mode(bodies[body]), {}});
   if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
-    throw NumericsError("the water is no longer finite at t = " + std::to_string(r.t) + " s");
+    throw SimulationFailure("finite", "the water is no longer finite", r.t,
+                            {-1, -1, broken_cell(fluid)});
 }
 
 }  // namespace archetide

@@ -18,10 +18,17 @@ double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractio
 double outflow_through_sides(const SimulationOptions& options, const FluidState& fluid,
                              const Coupling& coupling);
 
+/// Largest modal displacement of a surface vertex over the body's radius.
+double deformation(const ReducedBody& body);
+
 /// Largest |velocity| of a surface vertex, m/s.
 double largest_surface_speed(const ReducedBody& body);
 
-/// Throws NumericsError naming the body and quantity if anything is not finite.
-void demand_finite(const std::vector<ReducedBody>& bodies, const StepReport& report);
+/// The first body that is not finite, or -1.
+int broken_body(const std::vector<ReducedBody>& bodies);
+
+/// Throws SimulationFailure naming the body and mode, or the cell, if anything is not finite.
+void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
+                   const StepReport& report);
 
 }  // namespace archetide

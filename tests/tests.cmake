@@ -41,7 +41,12 @@ if(TARGET archetide_precompute)
 endif()
 archetide_tests(test_analytic analytic archetide_scene archetide_test_support)
 archetide_tests(test_hard hard archetide_scene archetide_test_support)
-archetide_tests(test_scenes scenes archetide_scene archetide_output)
+archetide_tests(test_scenes scenes archetide_scene archetide_output archetide_test_support)
+if(TARGET test_scenes)
+  add_dependencies(test_scenes archetide-sim)
+  set_source_files_properties(tests/scenes/resume_test.cpp PROPERTIES COMPILE_DEFINITIONS
+    ARCHETIDE_SIM_BIN="$<TARGET_FILE:archetide-sim>")
+endif()
 
 # Programs that print measured figures (named in the README); built with the rest so that they do not rot.
 function(archetide_bench name)

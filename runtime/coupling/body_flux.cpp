@@ -41,72 +41,169 @@ DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
   return sweep_surface(g, box, moments, fractions);
 }
 
-BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions,
-                  DualFaces& faces) {
-  const Archetype& archetype = *s.body->archetype;
-  const int r = s.body->r;
-  const CellBox box = cell_box(g, s.points);
-  const std::vector<double> kappa = mean_curvature(s.points, archetype.surface.triangles);
-  std::vector<CellMoments> moments(box.count());
-  std::vector<int> slot_of(box.count(), -1);
-  std::vector<Vec3i> cells;
-  std::vector<double>
-      columns;  // (6 + r) per cell: rigid columns in world axes, raw modes phi_i . n
-  const auto slot = [&](const Vec3i& cell) {
-    int& at = slot_of[box.index(cell)];
+WetSurface wet_surface(const BodySurface& s) {
+  return {&s.points, &s.body->archetype->surface.triangles, {{&s}}};
+}
+
+WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<Vec3>& points) {
+  WetSurface wet{&points, &skin.shape->skin->surface.triangles, {}};
+  for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
+    wet.members.push_back({&surfaces[skin.bodies[p]], &skin.shape->shares[p]});
+    skin_arms(skin.shape->shares[p], *wet.members.back().body->body, wet.members.back().arms);
+  }
+  return wet;
+}
+
+void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points) {
+  for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
+    const SkinShare& share = skin.shape->shares[p];
+    const std::vector<Vec3>&from = surfaces[skin.bodies[p]].points, &there = *to[p];
+    if (&from == &there) continue;
+    for (std::size_t k = 0; k < share.vertices.size(); ++k)
+      for (int c = 0; c < 3; ++c) {
+        const int v = share.corners[k][c];
+        points[share.vertices[k]] += share.weights[k] * share.bary[k][c] * (there[v] - from[v]);
+      }
+  }
+}
+
+bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& member,
+                           const Vec3i& t) {
+  body_ = member.body;
+  if (!member.share) {
+    modes_ = &body_->body->archetype->surface_modes;
+    for (int v = 0; v < 3; ++v) {
+      weight_[v] = 1.0;
+      row_[v] = t[v];
+      arm_[v] = (*surface.points)[t[v]] - body_->centre;
+    }
+    return true;
+  }
+  modes_ = &member.share->modes;
+  bool any = false;
+  for (int v = 0; v < 3; ++v) {
+    const int row = member.share->row[t[v]];
+    any = any || row >= 0;
+    weight_[v] = row >= 0 ? member.share->weights[row] : 0.0;
+    row_[v] = std::max(row, 0);
+    arm_[v] = row >= 0 ? member.arms[row] : Vec3::Zero();
+  }
+  return any;
+}
+
+void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
+  const Vec3 w = corner.cwiseProduct(weight_);
+  Eigen::Map<Vec3>(f) += w.sum() * n;
+  Eigen::Map<Vec3>(f + 3) += (w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2]).cross(n);
+  const Vec3 n_body = body_->R.transpose() * n;
+  for (int i = 0; i < body_->body->r; ++i) {
+    const double* phi = modes_->col(i).data();
+    double sum = 0.0;
+    for (int v = 0; v < 3; ++v) {
+      const double* p = phi + 3 * static_cast<std::ptrdiff_t>(row_[v]);
+      sum += w[v] * (p[0] * n_body[0] + p[1] * n_body[1] + p[2] * n_body[2]);
+    }
+    f[6 + i] += sum;
+  }
+}
+
+namespace {
+
+/// F of one body as its surface is swept: a column for each cell that was asked for.
+class FluxColumns {
+ public:
+  FluxColumns(const CellBox& box, int dofs) : box_(box), dofs_(dofs), slot_of_(box.count(), -1) {}
+
+  int slot(const Vec3i& cell) {
+    int& at = slot_of_[box_.index(cell)];
     if (at < 0) {
-      at = static_cast<int>(cells.size());
-      cells.push_back(cell);
-      columns.resize(columns.size() + 6 + r, 0.0);
+      at = static_cast<int>(cells_.size());
+      cells_.push_back(cell);
+      columns_.resize(columns_.size() + dofs_, 0.0);
     }
     return at;
-  };
+  }
+  double* column(const Vec3i& cell) {
+    const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
+    return columns_.data() + first;
+  }
+  /// B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
+  BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {
+    BodyFlux f;
+    f.flux = Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(cells_.size()));
+    f.flux.bottomRows(dofs_ - 6).noalias() -=
+        terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
+    f.cell.reserve(cells_.size());
+    for (const Vec3i& c : cells_)
+      f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
+                                  (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
+    return f;
+  }
 
-  // Raw fluxes: every quantity is linear on a piece, so its value at the centroid times the area is
-  // exact.
-  for (const Vec3i& t : archetype.surface.triangles) {
-    const Vec3 x[3] = {to_grid(g, s.points[t[0]]), to_grid(g, s.points[t[1]]),
-                       to_grid(g, s.points[t[2]])};
+ private:
+  const CellBox& box_;
+  int dofs_;
+  std::vector<int> slot_of_;
+  std::vector<Vec3i> cells_;
+  std::vector<double> columns_;  // dofs per cell
+};
+
+/// Raw fluxes of all members and moments of the cells: every quantity is linear on a piece, so its
+/// value at the centroid times the area is exact.
+std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const CellBox& box,
+                                       std::vector<CellMoments>& moments) {
+  const std::vector<Vec3>& points = *s.points;
+  const std::vector<double> kappa = mean_curvature(points, *s.triangles);
+  std::vector<FluxColumns> columns;
+  for (const WetSurface::Member& m : s.members) columns.emplace_back(box, m.body->body->dofs());
+  std::vector<MemberTriangle> shares(s.members.size());
+  std::vector<std::size_t> moving;  // members that move the triangle
+  for (const Vec3i& t : *s.triangles) {
+    const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
+                       to_grid(g, points[t[2]])};
     const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
+    moving.clear();
+    for (std::size_t m = 0; m < shares.size(); ++m)
+      if (shares[m].start(s, s.members[m], t)) moving.push_back(m);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
-      const Vec3 at = w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
-      moments[box.index(cell)].add(area, at[0] - cell[0] - 0.5, w.dot(bend));
+      const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
+      moments[box.index(cell)].add(area, at - cell[0] - 0.5, w.dot(bend));
       if ((cell.array() < 0).any() || cell[0] >= g.nx || cell[1] >= g.ny || cell[2] >= g.nz) return;
-
-      const auto first = static_cast<std::size_t>(slot(cell)) * (6 + r);
-      double* column = columns.data() + first;
-      const Vec3 a = area * (g.dx * g.dx);                             // m^2
-      const Vec3 torque = (g.origin + g.dx * at - s.centre).cross(a);  // (w x x) . a = w . (x x a)
-      for (int d = 0; d < 3; ++d) column[d] += a[d], column[3 + d] += torque[d];
-      const Vec3 a_body = s.R.transpose() * a;
-      for (int i = 0; i < r; ++i) {
-        const double* phi = archetype.surface_modes.col(i).data();
-        double sum = 0.0;
-        for (int v = 0; v < 3; ++v) {
-          const double* p = phi + 3 * t[v];
-          sum += w[v] * (p[0] * a_body[0] + p[1] * a_body[1] + p[2] * a_body[2]);
-        }
-        column[6 + i] += sum;
-      }
+      const Vec3 a = area * (g.dx * g.dx);  // m^2
+      for (const std::size_t m : moving) shares[m].add(w, a, columns[m].column(cell));
     });
   }
-  faces = sweep_surface(g, box, moments, fractions);
-  bound_slip(archetype.volume / (g.dx * g.dx * g.dx), faces);
-  for (DualFace& face : faces) {
-    face.low = slot(face.face - Vec3i::Unit(face.axis));
-    face.high = slot(face.face);
-  }
+  return columns;
+}
 
-  // B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
-  BodyFlux f;
-  f.flux = Eigen::Map<const MatX>(columns.data(), 6 + r, static_cast<Eigen::Index>(cells.size()));
-  f.flux.bottomRows(r).noalias() -= s.terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
-  f.cell.reserve(cells.size());
-  for (const Vec3i& c : cells)
-    f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
-                                (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
-  return f;
+}  // namespace
+
+BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions,
+                  DualFaces& faces) {
+  const CellBox box = cell_box(g, s.points);
+  std::vector<CellMoments> moments(box.count());
+  FluxColumns columns = std::move(sweep_members(g, wet_surface(s), box, moments)[0]);
+  faces = sweep_surface(g, box, moments, fractions);
+  bound_slip(s.body->archetype->volume / (g.dx * g.dx * g.dx), faces);
+  for (DualFace& face : faces) {
+    face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
+    face.high = columns.slot(face.face);
+  }
+  return columns.finish(g, s.terms);
+}
+
+std::vector<BodyFlux> cut_skin(const Grid& g, const WetSurface& skin, SolidFractions& fractions) {
+  const CellBox box = cell_box(g, *skin.points);
+  std::vector<CellMoments> moments(box.count());
+  const std::vector<FluxColumns> columns = sweep_members(g, skin, box, moments);
+  sweep_surface(g, box, moments, fractions);
+  std::vector<BodyFlux> fluxes;
+  for (std::size_t m = 0; m < columns.size(); ++m)
+    fluxes.push_back(columns[m].finish(g, skin.members[m].body->terms));
+  return fluxes;
 }
 
 MatX interpolated_jacobian(const BodySurface& s, int triangle, const Vec3& bary) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/tri_mesh.h"
+#include "runtime/articulation/skinning.h"
 #include "runtime/grid/grid.h"
 #include "runtime/solid/reduced_body.h"
 
@@ -29,6 +30,46 @@ struct BodySurface {
 };
 BodySurface body_surface(const ReducedBody& body, ModalMass mass);
 
+/// A closed surface as the water sees it, and the bodies that move it: one of its own, or those
+/// under a skin. Refers to what it is made of.
+struct WetSurface {
+  struct Member {
+    const BodySurface* body;
+    const SkinShare* share = nullptr;  // null: the surface is the body's own
+    std::vector<Vec3> arms = {};       // m, about the body's centre of mass, m (of a share)
+  };
+  const std::vector<Vec3>* points = nullptr;      // n, world, m
+  const std::vector<Vec3i>* triangles = nullptr;  // nf
+  std::vector<Member> members;
+};
+WetSurface wet_surface(const BodySurface& surface);
+/// `surfaces`: of all bodies; `points`: where the skin is.
+WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<Vec3>& points);
+
+/// Moves the points of a skin by the mean of what moves its members' own surfaces, from where they
+/// stand to `to[member]`.
+void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
+                       const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points);
+
+/// The corners of one triangle as one body moves them: J of Section 5.3 with the weights of Section
+/// 7, w_b [1, -[x_b - t_b]x, phi_b], linear in between.
+class MemberTriangle {
+ public:
+  /// False: the body does not move the triangle.
+  bool start(const WetSurface& surface, const WetSurface::Member& member, const Vec3i& triangle);
+  /// Generalised force (6 + r, the modes still with the spin that they carry) of the load
+  /// corner[v] n at the three corners: f += sum_v corner[v] J_v^T n.
+  void add(const Vec3& corner, const Vec3& n, double* f) const;
+
+ private:
+  const BodySurface* body_ = nullptr;
+  const MatX* modes_ = nullptr;
+  Vec3 weight_;
+  Vec3 arm_[3];  // m
+  int row_[3];   // of the modes, in vertices
+};
+
 /// Fractions that solids take of the grid: of each face's area and of each cell's volume, in [0,1].
 struct SolidFractions {
   FaceField<double> face;
@@ -47,6 +88,10 @@ DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
 /// fractions.
 BodyFlux cut_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions,
                   DualFaces& faces);
+
+/// The same of a skin: F of every member. The water that bodies carry along (DualFace) is left out:
+/// it would tie the members' masses together.
+std::vector<BodyFlux> cut_skin(const Grid& g, const WetSurface& skin, SolidFractions& fractions);
 
 /// 3 x (6 + r) velocity of the point with rest-triangle weights `bary` per unit y: [1, -[x]x, B] at
 /// moment arm x.

@@ -198,14 +198,14 @@ std::size_t CoupledSolver::bytes() const {
 }
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
-                      const std::vector<CoupledBody>& bodies) {
+                      const std::vector<CoupledBody>& bodies, Vec3i* where) {
   std::vector<double> defect(s.matrix.size(), 0.0);
   for (const CoupledBody& body : bodies)
     for (std::size_t m = 0; m < body.flux.cell.size(); ++m)
       defect[body.flux.cell[m]] -=
           body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
-  double largest = 0.0;
-#pragma omp parallel for schedule(dynamic, 4) reduction(max : largest)
+  std::vector<std::pair<double, Vec3i>> largest(g.nz, {0.0, Vec3i::Zero()});  // of each plane
+#pragma omp parallel for schedule(dynamic, 4)
   for (int k = 0; k < g.nz; ++k) {
     std::vector<double> net(g.nx);
     for (int j = 0; j < g.ny; ++j) {
@@ -213,11 +213,19 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
       if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
       outflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
       const double* row = defect.data() + s.matrix.kind.index(0, j, k);
-      for (int i = 0; i < g.nx; ++i)
-        if (kind[i] == CellKind::kUnknown) largest = std::max(largest, std::abs(net[i] + row[i]));
+      for (int i = 0; i < g.nx; ++i) {
+        const double here = std::abs(net[i] + row[i]);
+        if (kind[i] == CellKind::kUnknown && here > largest[k].first)
+          largest[k] = {here, Vec3i(i, j, k)};
+      }
     }
   }
-  return largest / g.dx;
+  const auto worst =
+      std::max_element(largest.begin(), largest.end(),
+                       [](const auto& p, const auto& q) { return p.first < q.first; });
+  if (worst == largest.end()) return 0.0;
+  if (where) *where = worst->second;
+  return worst->first / g.dx;
 }
 
 }  // namespace archetide

@@ -42,8 +42,8 @@ class CoupledSolver {
   std::vector<double> rhs_;
 };
 
-/// Largest |sum sign w u - Fhat y| / dx over unknown cells, 1/s.
+/// Largest |sum sign w u - Fhat y| / dx over unknown cells, 1/s; `where`: its cell.
 double max_divergence(const Grid& g, const PressureSystem& system, const MacField& u,
-                      const std::vector<CoupledBody>& bodies);
+                      const std::vector<CoupledBody>& bodies, Vec3i* where = nullptr);
 
 }  // namespace archetide

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "common/check.h"
 #include "runtime/coupling/hydrostatic_force.h"
+#include "runtime/grid/state_fields.h"
 
 namespace archetide {
 namespace {
@@ -14,8 +16,9 @@ double stage_seconds(Stage stage, double dt) {
 }  // namespace
 
 Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
-                   std::vector<Joint> joints)
-    : options_(options), joints_(std::move(joints)) {
+                   std::vector<Joint> joints, std::vector<SkinnedBodies> skins)
+    : options_(options), joints_(std::move(joints)), skins_(std::move(skins)) {
+  ARCHETIDE_CHECK(skins_.empty() || options_.geometry == Geometry::kCutCell);
   const Grid& g = options_.grid;
   if (g.cells() == 0) return;  // no tank: nothing to couple
   obstacles_.face.resize(g, 0.0);
@@ -50,33 +53,68 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   const Grid& g = options_.grid;
   solids_ = obstacles_;
   surfaces_.clear();
-  fluxes_.clear();
   voxels_.clear();
   faces_.resize(bodies.size());
+  fluxes_.assign(bodies.size(), {});
+  skinned_.assign(bodies.size(), 0);
+  for (const SkinnedBodies& skin : skins_)
+    for (const int b : skin.bodies) skinned_[b] = 1;
   for (const StageBody& b : bodies) {
     surfaces_.push_back(body_surface(*b.body, options_.modal.mass));
+    const std::size_t n = surfaces_.size() - 1;
+    if (skinned_[n]) continue;
     if (options_.geometry == Geometry::kCutCell)
-      fluxes_.push_back(cut_body(g, surfaces_.back(), solids_, faces_[fluxes_.size()]));
+      fluxes_[n] = cut_body(g, surfaces_[n], solids_, faces_[n]);
     else
-      voxels_.push_back(voxel_body(g, surfaces_.back(), solids_));
+      voxels_.push_back(voxel_body(g, surfaces_[n], solids_));
+  }
+  skin_points_.resize(skins_.size());
+  for (std::size_t s = 0; s < skins_.size(); ++s) {
+    const auto body_of = [&](int b) -> const ReducedBody& { return *bodies[b].body; };
+    skin_points(skins_[s], body_of, skin_points_[s]);
+    std::vector<BodyFlux> of_members =
+        cut_skin(g, wet_surface(skins_[s], surfaces_, skin_points_[s]), solids_);
+    for (std::size_t m = 0; m < of_members.size(); ++m)
+      fluxes_[skins_[s].bodies[m]] = std::move(of_members[m]);
   }
   fill_open_fractions();
 }
 
-// Uncoupled motion of one body under its weight and the hydrostatic part of the water's pressure,
-// its F and H^-1.
+// Hydrostatic part of the water's pressure on every body.
+std::vector<VecX> Coupling::hydrostatic_loads(const std::vector<StageBody>& bodies) const {
+  std::vector<VecX> loads(bodies.size());
+  const auto read_at = [&](std::size_t b) {
+    return bodies[b].read_points.empty() ? &surfaces_[b].points : &bodies[b].read_points;
+  };
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (!wet())
+      loads[b] = VecX::Zero(bodies[b].body->dofs());
+    else if (!skinned_[b])
+      loads[b] = hydrostatic_force(options_.grid, surfaces_[b], *read_at(b), system_);
+  if (!wet()) return loads;
+  for (std::size_t s = 0; s < skins_.size(); ++s) {
+    std::vector<const std::vector<Vec3>*> own;
+    for (const int b : skins_[s].bodies) own.push_back(read_at(b));
+    std::vector<Vec3> read = skin_points_[s];
+    move_with_members(skins_[s], surfaces_, own, read);
+    const std::vector<VecX> of_members = hydrostatic_forces(
+        options_.grid, wet_surface(skins_[s], surfaces_, skin_points_[s]), read, own, system_);
+    for (std::size_t m = 0; m < of_members.size(); ++m) loads[skins_[s].bodies[m]] = of_members[m];
+  }
+  return loads;
+}
+
+// Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
+// pressure, its F and H^-1.
 void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
-                          const MacField& u, CoupledBody& c, StageResult& out) {
+                          const VecX& hydro, const MacField& u, CoupledBody& c, StageResult& out) {
   const ReducedBody& body = *in.body;
   const double h = stage_seconds(stage, dt);
-  VecX weight = VecX::Zero(body.dofs()), hydro = weight;
+  VecX weight = VecX::Zero(body.dofs());
   weight.head<3>() =
       body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
-  if (wet()) {
-    const auto& mid = in.read_points.empty() ? surfaces_[b].points : in.read_points;
-    hydro = hydrostatic_force(options_.grid, surfaces_[b], mid, system_);
-  }
-  const VecX force = weight + hydro;
+  VecX force = weight + hydro;
+  if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);
@@ -95,6 +133,11 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   // what the open fractions leave beside the wall.
   const MatX H = out.motion.H.dense();
   MatX& carried = carried_[b];
+  if (skinned_[b]) {
+    c.flux = std::move(fluxes_[b]);
+    carried = MatX::Zero(body.dofs(), body.dofs());
+    return;
+  }
   VecX momentum;
   if (options_.geometry == Geometry::kCutCell) {
     c.flux = std::move(fluxes_[b]);
@@ -215,8 +258,9 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     if (carried_velocity_[b].size() == 0) carried_velocity_[b] = VecX::Zero(bodies[b].body->dofs());
   std::vector<CoupledBody> coupled(bodies.size());
   std::vector<VecX> free_velocity(bodies.size());
+  const std::vector<VecX> hydro = hydrostatic_loads(bodies);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    start_body(stage, dt, b, bodies[b], u, coupled[b], results[b]);
+    start_body(stage, dt, b, bodies[b], hydro[b], u, coupled[b], results[b]);
     free_velocity[b] = results[b].motion.y_star;
     if (bodies[b].reaction.size() > 0)
       coupled[b].y_star += coupled[b].inverse_mass * bodies[b].reaction;
@@ -255,8 +299,16 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;
   }
-  divergence_ = wet() ? max_divergence(g, system_, u, coupled) : 0.0;
+  divergence_ = wet() ? max_divergence(g, system_, u, coupled, &divergent_cell_) : 0.0;
   return report;
+}
+
+void Coupling::visit_state(StateArchive& a) {
+  a.field("coupling/carried_velocity", carried_velocity_);
+  if (!wet()) return;
+  grid_field(a, "coupling/valid", valid_);
+  grid_field(a, "coupling/pressure_position", pressure_[0]);
+  grid_field(a, "coupling/pressure_velocity", pressure_[1]);
 }
 
 std::size_t Coupling::bytes() const {

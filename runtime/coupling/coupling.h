@@ -3,8 +3,10 @@
 #include <memory>
 #include <vector>
 
+#include "common/state_file.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/joint.h"
+#include "runtime/articulation/skinning.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
@@ -35,7 +37,8 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
-  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -54,8 +57,9 @@ struct StageResult {
 /// empty set.
 class Coupling {
  public:
+  /// `skins`: the water sees them in place of their members' own surfaces (cut cells only).
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
-           std::vector<Joint> joints = {});
+           std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
@@ -78,7 +82,8 @@ class Coupling {
   const Array3<double>& last_pressure(Stage stage) const {
     return pressure_[stage == Stage::kVelocityFull];
   }
-  double last_divergence() const { return divergence_; }  // 1/s
+  double last_divergence() const { return divergence_; }                // 1/s
+  const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
   /// Of the last solve: momentum and kinetic energy of the water that moves with bodies (DualFace).
   const Vec3& carried_momentum() const { return carried_momentum_; }  // N s
   double carried_energy() const { return carried_energy_; }           // J
@@ -86,12 +91,16 @@ class Coupling {
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
 
+  /// What the next solve starts from; the rest follows from update_geometry().
+  void visit_state(StateArchive& a);
+
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
   void fill_open_fractions();
   void assemble(const FreeSurface& surface);
-  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const MacField& u,
-                  CoupledBody& coupled, StageResult& out);
+  std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
+  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
+                  const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
@@ -101,6 +110,8 @@ class Coupling {
 
   CouplingOptions options_;
   std::vector<Joint> joints_;
+  std::vector<SkinnedBodies> skins_;
+  std::vector<std::vector<Vec3>> skin_points_;  // of each skin, m
   SolidFractions obstacles_, solids_;
   FaceField<double> open_;
   FaceField<unsigned char> valid_;
@@ -108,6 +119,7 @@ class Coupling {
   std::vector<BodyFlux> fluxes_;    // cut cells
   DualFaces obstacle_faces_;        // cut cells
   std::vector<DualFaces> faces_;    // cut cells, of each body
+  std::vector<char> skinned_;       // of each body: the water sees a skin in its place
   std::vector<MatX> carried_;       // cut cells: water that moves with each body, kg
   std::vector<VoxelBody> voxels_;   // voxel
   Array3<unsigned char> is_water_;  // cells with an unknown
@@ -116,6 +128,7 @@ class Coupling {
   Array3<double> pressure_[2];          // first guess of each stage
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
+  Vec3i divergent_cell_ = Vec3i::Zero();
   Vec3 carried_momentum_ = Vec3::Zero();
   double carried_energy_ = 0.0;
   double contact_seconds_ = 0.0;

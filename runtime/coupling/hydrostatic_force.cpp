@@ -1,5 +1,6 @@
 #include "runtime/coupling/hydrostatic_force.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "runtime/coupling/clip.h"
@@ -11,16 +12,14 @@ namespace {
 // linear.
 class TriangleForce {
  public:
-  TriangleForce(const BodySurface& s, VecX& force) : s_(s), force_(force), phi_n_(3, s.body->r) {}
+  TriangleForce(const WetSurface& s, std::vector<VecX>& forces)
+      : s_(s), forces_(forces), shares_(s.members.size()), moves_(s.members.size()) {}
 
   void start(const Vec3i& t) {
-    t_ = t;
-    for (int v = 0; v < 3; ++v) corner_[v] = s_.points[t[v]];
+    for (int v = 0; v < 3; ++v) corner_[v] = (*s_.points)[t[v]];
     normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]).stableNormalized();
-    const Vec3 n_body = s_.R.transpose() * normal_;
-    const MatX& modes = s_.body->archetype->surface_modes;
-    for (int i = 0; i < s_.body->r; ++i)
-      for (int v = 0; v < 3; ++v) phi_n_(v, i) = modes.col(i).segment<3>(3 * t[v]).dot(n_body);
+    for (std::size_t m = 0; m < shares_.size(); ++m)
+      moves_[m] = shares_[m].start(s_, s_.members[m], t);
   }
   Vec3 at(const Vec3& bary) const {
     return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
@@ -34,56 +33,73 @@ class TriangleForce {
     const double h_sum = h[0] + h[1] + h[2];
     Vec3 mean_weight = Vec3::Zero();  // integral of h times the weights of the whole triangle
     for (int a = 0; a < 3; ++a) mean_weight += area / 12.0 * (h[a] + h_sum) * w[a];
-    const Vec3 f = area / 3.0 * h_sum * normal_;
-    force_.head<3>() -= f;
-    force_.segment<3>(3) -= (at(mean_weight) - mean_weight.sum() * s_.centre).cross(normal_);
-    force_.tail(s_.body->r).noalias() -= phi_n_.transpose() * mean_weight;
+    for (std::size_t m = 0; m < shares_.size(); ++m)
+      if (moves_[m]) shares_[m].add(-mean_weight, normal_, forces_[m].data());
   }
 
  private:
-  const BodySurface& s_;
-  VecX& force_;
-  Vec3i t_;
+  const WetSurface& s_;
+  std::vector<VecX>& forces_;
+  std::vector<MemberTriangle> shares_;
+  std::vector<char> moves_;
   Vec3 corner_[3], normal_;
-  MatX phi_n_;  // 3 x r, phi_i . n at the triangle's vertices
 };
 
 enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
 
-}  // namespace
+// What the surface carries beside p', or rho g . (x - x_ref) wherever it is wet.
+enum class Loads { kBesideDynamic, kStill };
 
-VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
-                       const PressureSystem& water) {
+struct CellCorners {
+  Vec3 x[3];  // grid coordinates
+  CellCorners(const Grid& g, const WetSurface& s, const Vec3i& t) {
+    for (int v = 0; v < 3; ++v) x[v] = ((*s.points)[t[v]] - g.origin) / g.dx;
+  }
+};
+
+// A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
+bool is_deep(const Grid& g, const PressureSystem& water, const CellCorners& c) {
+  const double deep = -2.0 * g.dx;
+  const Vec3 lo = c.x[0].cwiseMin(c.x[1]).cwiseMin(c.x[2]),
+             hi = c.x[0].cwiseMax(c.x[1]).cwiseMax(c.x[2]);
+  if ((lo.array() < 0.0).any() || hi[0] >= g.nx || hi[1] >= g.ny || hi[2] >= g.nz) return false;
+  const Vec3i a = lo.cast<int>(), b = hi.cast<int>();
+  for (int k = a[2]; k <= b[2]; ++k)
+    for (int j = a[1]; j <= b[1]; ++j)
+      for (int i = a[0]; i <= b[0]; ++i)
+        if ((*water.surface.phi)(i, j, k) > deep ||
+            water.matrix.kind(i, j, k) == CellKind::kDirichlet)
+          return false;
+  return true;
+}
+
+bool all_deep(const Grid& g, const WetSurface& s, const PressureSystem& water) {
+  return std::all_of(s.triangles->begin(), s.triangles->end(),
+                     [&](const Vec3i& t) { return is_deep(g, water, CellCorners(g, s, t)); });
+}
+
+std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
+                            const std::vector<Vec3>& read_points, const PressureSystem& water,
+                            Loads loads) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
-  VecX force = VecX::Zero(s.body->dofs());
-  TriangleForce triangle(s, force);
+  std::vector<VecX> forces;
+  for (const WetSurface::Member& m : s.members) forces.push_back(VecX::Zero(m.body->body->dofs()));
+  TriangleForce triangle(s, forces);
   const Array3<CellKind>& kind = water.matrix.kind;
   const Vec3 rho_g = hydro.density * hydro.gravity;
   const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
 
-  // A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
-  const double deep = -2.0 * g.dx;
-  const auto is_deep = [&](const Vec3 x[3]) {
-    Vec3 lo = x[0].cwiseMin(x[1]).cwiseMin(x[2]), hi = x[0].cwiseMax(x[1]).cwiseMax(x[2]);
-    if ((lo.array() < 0.0).any() || hi[0] >= g.nx || hi[1] >= g.ny || hi[2] >= g.nz) return false;
-    const Vec3i a = lo.cast<int>(), b = hi.cast<int>();
-    for (int k = a[2]; k <= b[2]; ++k)
-      for (int j = a[1]; j <= b[1]; ++j)
-        for (int i = a[0]; i <= b[0]; ++i)
-          if ((*free.phi)(i, j, k) > deep || kind(i, j, k) == CellKind::kDirichlet) return false;
-    return true;
-  };
-
-  for (const Vec3i& t : s.body->archetype->surface.triangles) {
+  for (const Vec3i& t : *s.triangles) {
+    const CellCorners corners(g, s, t);
+    const bool deep = is_deep(g, water, corners);
+    if (deep && rho_g.isZero(0.0)) continue;
     triangle.start(t);
     const Vec3 read[3] = {read_points[t[0]], read_points[t[1]], read_points[t[2]]};
     const auto read_at = [&](const Vec3& w) {
       return Vec3(w[0] * read[0] + w[1] * read[1] + w[2] * read[2]);
     };
-    Vec3 x[3];
-    for (int v = 0; v < 3; ++v) x[v] = (s.points[t[v]] - g.origin) / g.dx;
-    if (is_deep(x)) {
+    if (deep) {
       const Vec3 w[3] = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
       const double h[3] = {rho_g.dot(read[0] - hydro.reference),
                            rho_g.dot(read[1] - hydro.reference),
@@ -91,7 +107,7 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
       triangle.add(w, h);
       continue;
     }
-    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
+    for_each_piece(g, corners.x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) return;
       const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
@@ -101,8 +117,9 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
       ClipPolygon part;
       for (const bool wet : {true, false}) {
         const Pressure kind_of_h =
-            wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
-                : (unknown ? Pressure::kInterface : Pressure::kNone);
+            loads == Loads::kStill ? (wet ? Pressure::kFromReference : Pressure::kNone)
+            : wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
+                  : (unknown ? Pressure::kInterface : Pressure::kNone);
         if (kind_of_h == Pressure::kNone) continue;
         clip_polygon(
             piece,
@@ -127,8 +144,35 @@ VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Ve
     });
   }
   // The modes without the spin they carry (B in place of phi).
-  force.tail(s.body->r).noalias() -= s.terms.spin_of_modes.transpose() * force.segment<3>(3);
-  return force;
+  for (std::size_t m = 0; m < forces.size(); ++m) {
+    const BodySurface& body = *s.members[m].body;
+    forces[m].tail(body.body->r).noalias() -=
+        body.terms.spin_of_modes.transpose() * forces[m].segment<3>(3);
+  }
+  return forces;
+}
+
+}  // namespace
+
+VecX hydrostatic_force(const Grid& g, const BodySurface& s, const std::vector<Vec3>& read_points,
+                       const PressureSystem& water) {
+  return forces_on(g, wet_surface(s), read_points, water, Loads::kBesideDynamic)[0];
+}
+
+std::vector<VecX> hydrostatic_forces(const Grid& g, const WetSurface& skin,
+                                     const std::vector<Vec3>& read_points,
+                                     const std::vector<const std::vector<Vec3>*>& own_read,
+                                     const PressureSystem& water) {
+  std::vector<VecX> forces;
+  for (std::size_t m = 0; m < skin.members.size(); ++m) {
+    const WetSurface own = wet_surface(*skin.members[m].body);
+    forces.push_back(forces_on(g, own, *own_read[m], water, Loads::kStill)[0]);
+  }
+  if (all_deep(g, skin, water)) return forces;  // its two loads are one and the same
+  const std::vector<VecX> beside = forces_on(g, skin, read_points, water, Loads::kBesideDynamic),
+                          still = forces_on(g, skin, read_points, water, Loads::kStill);
+  for (std::size_t m = 0; m < forces.size(); ++m) forces[m] += beside[m] - still[m];
+  return forces;
 }
 
 }  // namespace archetide

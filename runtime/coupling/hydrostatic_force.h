@@ -19,4 +19,13 @@ namespace archetide {
 VecX hydrostatic_force(const Grid& g, const BodySurface& surface,
                        const std::vector<Vec3>& read_points, const PressureSystem& water);
 
+/// The same of the members of a skin (at `points`, pressure read at `read_points`), and the
+/// pressure across the cuts inside, which the members pass to each other: what rho g . (x - x_ref)
+/// gives to the wet part of each member's own closed surface (read at `own_read[member]`) beyond
+/// what it gives to the member's share of the skin. Neutral members hover, each by itself.
+std::vector<VecX> hydrostatic_forces(const Grid& g, const WetSurface& skin,
+                                     const std::vector<Vec3>& read_points,
+                                     const std::vector<const std::vector<Vec3>*>& own_read,
+                                     const PressureSystem& water);
+
 }  // namespace archetide

@@ -27,6 +27,7 @@ CellKind classify(const Grid& g, const Array3<double>& phi, const FaceField<doub
   for (int a = 0; a < 3; ++a) w += face_value(open, c, a, -1) + face_value(open, c, a, 1);
   constexpr double kClosed = 1e-9;  // a cell whose openings are round-off holds no water
   if (w < kClosed) return CellKind::kOutside;
+  if (w == 6.0) return phi(c[0], c[1], c[2]) < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
   return wet_point(g, phi, open, c).phi < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
 }
 

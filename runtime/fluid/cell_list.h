@@ -51,6 +51,41 @@ std::vector<int> collect_cells(const Array3<T>& shape, const Predicate& keep) {
   return concatenate(parts);
 }
 
+/// The same, of cells that differ from a neighbour by a property has(n) of single cells: rows of
+/// cells that are, with the four rows beside them, all alike are not looked at.
+template <class T, class Property, class Predicate>
+std::vector<int> collect_cells_at_changes(const Array3<T>& shape, const Property& has,
+                                          const Predicate& keep) {
+  enum : unsigned char { kNone = 1, kAll = 2, kMixed = 3 };
+  const int nx = shape.nx(), ny = shape.ny(), nz = shape.nz();
+  std::vector<unsigned char> rows(static_cast<std::size_t>(ny) * nz);
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < ny * nz; ++row) {
+    const std::size_t first = static_cast<std::size_t>(row) * nx;
+    int with = 0;
+    for (int i = 0; i < nx; ++i) with += has(first + i) ? 1 : 0;
+    rows[row] = with == 0 ? kNone : with == nx ? kAll : kMixed;
+  }
+  const auto alike = [&](int j, int k) {
+    const unsigned char own = rows[j + static_cast<std::size_t>(ny) * k];
+    const auto same = [&](int jj, int kk) {
+      return jj < 0 || jj >= ny || kk < 0 || kk >= nz ||
+             rows[jj + static_cast<std::size_t>(ny) * kk] == own;
+    };
+    return own != kMixed && same(j - 1, k) && same(j + 1, k) && same(j, k - 1) && same(j, k + 1);
+  };
+  std::vector<std::vector<int>> parts(nz);
+#pragma omp parallel for schedule(dynamic)
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j) {
+      if (alike(j, k)) continue;
+      int n = static_cast<int>(shape.index(0, j, k));
+      for (int i = 0; i < nx; ++i, ++n)
+        if (keep(i, j, k, n)) parts[k].push_back(n);
+    }
+  return concatenate(parts);
+}
+
 /// Calls f(axis, side, m) for each of the up to six neighbours m of point n; side is -1 or +1.
 template <class T, class F>
 void for_each_neighbour(const Array3<T>& shape, Ijk c, int n, const F& f) {

@@ -21,12 +21,14 @@ bool known(const Mask& valid, int n) { return valid[n] != 0 && valid[n] != kClai
 
 // Invalid points with a valid neighbour, marked as claimed.
 std::vector<int> first_frontier(Mask& valid) {
-  const std::vector<int> frontier = collect_cells(valid, [&](int i, int j, int k, int n) {
-    if (valid[n]) return false;
-    bool touches = false;
-    for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
-    return touches;
-  });
+  const auto is_valid = [&](std::size_t n) { return valid[n] != 0; };
+  const std::vector<int> frontier =
+      collect_cells_at_changes(valid, is_valid, [&](int i, int j, int k, int n) {
+        if (valid[n]) return false;
+        bool touches = false;
+        for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
+        return touches;
+      });
   for (int n : frontier) valid[n] = kClaimed;
   return frontier;
 }

@@ -20,7 +20,8 @@ struct FluidState {
   MacField u;           // m/s; valid on open water faces, extrapolated around them
   Array3<double> phi;   // signed distance to the free surface at cell centres, m, negative in water
   Particles particles;  // empty when the scene asks for none
-  double time = 0.0;    // s
+  std::vector<Vec3> markers;  // passive points, m; see markers.h
+  double time = 0.0;          // s
 };
 
 }  // namespace archetide

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/markers.h"
 #include "runtime/fluid/sampling.h"
 
 namespace archetide {
@@ -213,19 +214,7 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
 }
 
 void advect_particles(const Grid& g, const MacField& u, double dt, Particles& particles) {
-  const MacSampler sampler(g, u);
-  const double h = dt / g.dx;
-  const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx),
-             high = g.high() - Vec3::Constant(kWallGap * g.dx);
-#pragma omp parallel for
-  for (std::size_t t = 0; t < particles.size(); ++t) {
-    const Vec3 c = (particles.position[t] - g.origin) / g.dx;
-    double v[3], v_mid[3];
-    sampler(c[0], c[1], c[2], v);
-    sampler(c[0] + 0.5 * h * v[0], c[1] + 0.5 * h * v[1], c[2] + 0.5 * h * v[2], v_mid);
-    const Vec3 moved = particles.position[t] + dt * Vec3(v_mid[0], v_mid[1], v_mid[2]);
-    particles.position[t] = moved.cwiseMax(low).cwiseMin(high);
-  }
+  advect_points(g, u, dt, particles.position);
 }
 
 void move_particles_along_normal(const Grid& g, const Array3<double>& phi, double distance,

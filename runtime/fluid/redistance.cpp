@@ -249,9 +249,11 @@ void relax_band(Array3<double>& phi, const std::vector<std::vector<int>>& layers
 // Cells next to the interface, their distance in `out`.
 std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, const Box& box,
                                double dx, double band, Array3<double>& out) {
-  std::vector<int> cells = collect_cells(phi, [&](int i, int j, int k, int n) {
-    return at_interface(phi, solid, {i, j, k}, n);
-  });
+  std::vector<int> cells = collect_cells_at_changes(
+      phi, [&](std::size_t n) { return wet(phi[n]); },
+      [&](int i, int j, int k, int n) {
+        return at_interface(phi, solid, {i, j, k}, n);
+      });
 #pragma omp parallel for
   for (std::size_t t = 0; t < cells.size(); ++t) {
     const int n = cells[t];

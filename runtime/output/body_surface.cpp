@@ -3,21 +3,39 @@
 #include "common/tri_mesh.h"
 
 namespace archetide {
+namespace {
 
-SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies) {
-  SurfaceMesh all;
-  TriMesh surface;
+void append(const TriMesh& surface, int mark, SurfaceMesh& all) {
   std::vector<Vec3> normals;
   std::vector<double> areas;
+  vertex_normals_and_areas(surface, normals, areas);
+  const int first = static_cast<int>(all.vertices.size());
+  all.vertices.insert(all.vertices.end(), surface.vertices.begin(), surface.vertices.end());
+  all.normals.insert(all.normals.end(), normals.begin(), normals.end());
+  all.body.resize(all.vertices.size(), mark);
+  for (const Vec3i& t : surface.triangles) all.triangles.push_back(t + Vec3i::Constant(first));
+}
+
+}  // namespace
+
+SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies,
+                           const std::vector<SkinnedBodies>& skins) {
+  SurfaceMesh all;
+  TriMesh surface;
+  std::vector<char> skinned(bodies.size(), 0);
+  for (const SkinnedBodies& skin : skins)
+    for (const int b : skin.bodies) skinned[b] = 1;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (skinned[b]) continue;
     surface_points(bodies[b], surface.vertices);
     surface.triangles = bodies[b].archetype->surface.triangles;
-    vertex_normals_and_areas(surface, normals, areas);
-    const int first = static_cast<int>(all.vertices.size());
-    all.vertices.insert(all.vertices.end(), surface.vertices.begin(), surface.vertices.end());
-    all.normals.insert(all.normals.end(), normals.begin(), normals.end());
-    all.body.resize(all.vertices.size(), static_cast<int>(b));
-    for (const Vec3i& t : surface.triangles) all.triangles.push_back(t + Vec3i::Constant(first));
+    append(surface, static_cast<int>(b), all);
+  }
+  for (const SkinnedBodies& skin : skins) {
+    skin_points(
+        skin, [&](int b) -> const ReducedBody& { return bodies[b]; }, surface.vertices);
+    surface.triangles = skin.shape->skin->surface.triangles;
+    append(surface, skin.bodies.front(), all);
   }
   return all;
 }

@@ -2,12 +2,14 @@
 
 #include <vector>
 
+#include "runtime/articulation/skinning.h"
 #include "runtime/output/surface_mesh.h"
-#include "runtime/solid/reduced_body.h"
 
 namespace archetide {
 
-/// The deformed surfaces of all bodies in the world, body b's vertices marked with b.
-SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies);
+/// The deformed surfaces of all bodies in the world, body b's vertices marked with b. Bodies under
+/// a skin are not among them: the skin is, marked with its first one.
+SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies,
+                           const std::vector<SkinnedBodies>& skins = {});
 
 }  // namespace archetide

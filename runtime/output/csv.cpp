@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
@@ -24,9 +25,28 @@ std::vector<std::string> split(const std::string& line) {
 
 }  // namespace
 
-CsvWriter::CsvWriter(std::string path)
-    : path_(std::move(path)), file_(path_, std::ios::binary | std::ios::trunc) {
+CsvWriter::CsvWriter(std::string path, bool keep)
+    : path_(std::move(path)),
+      file_(path_, std::ios::binary | (keep ? std::ios::app : std::ios::trunc)) {
   if (!file_) throw MachineError(path_ + ": cannot be written");
+}
+
+std::vector<std::string> CsvWriter::keep_rows(std::int64_t rows) {
+  const std::string bytes = read_whole_file(path_);
+  if (bytes.empty() && rows == 0) return {};
+  std::size_t end = 0;
+  for (std::int64_t line = 0; line <= rows; ++line) {
+    end = bytes.find('\n', end);
+    if (end == std::string::npos)
+      throw FileError(path_ + ": has fewer rows than its checkpoint tells (" +
+                      std::to_string(rows) + "); start again with --resume never --replace");
+    ++end;
+  }
+  file_.close();
+  std::filesystem::resize_file(path_, end);
+  file_.open(path_, std::ios::binary | std::ios::app);
+  if (!file_) throw MachineError(path_ + ": cannot be written");
+  return split(bytes.substr(0, bytes.find('\n')));
 }
 
 void CsvWriter::header(const std::vector<std::string>& names) {

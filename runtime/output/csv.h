@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -9,8 +10,12 @@ namespace archetide {
 /// A growing CSV file: rows are buffered until flush(), so that readers see whole rows.
 class CsvWriter {
  public:
-  /// Starts an empty file. Throws MachineError.
-  explicit CsvWriter(std::string path);
+  /// Starts an empty file, or (`keep`) leaves the one that is there until keep_rows(). Throws
+  /// MachineError.
+  explicit CsvWriter(std::string path, bool keep = false);
+  /// Cuts the file that is there to its header and so many rows, and goes on behind them. Returns
+  /// the names in its header ({} when it has none). Throws FileError when it has fewer rows.
+  std::vector<std::string> keep_rows(std::int64_t rows);
   void header(const std::vector<std::string>& names);
   CsvWriter& cell(double value);  // shortest text that reads back exactly
   CsvWriter& cell(int value);

@@ -1,6 +1,7 @@
 #include "runtime/output/painter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -20,10 +21,11 @@ const Vec3f kSunLight(2.35f, 2.2f, 1.95f);
 const Vec3f kZenith(0.50f, 0.64f, 0.86f), kHorizon(0.93f, 0.95f, 0.97f);
 const Vec3f kGroundLight(0.42f, 0.41f, 0.40f);    // what the ground sends upwards
 const Vec3f kWaterScatter(0.020f, 0.17f, 0.27f);  // light that the water sends back
-const Vec3f kObstacleColour(0.45f, 0.42f, 0.39f), kEdgeColour(0.10f, 0.11f, 0.13f);
+const Vec3f kObstacleColour(0.45f, 0.42f, 0.39f), kEdgeColour(0.10f, 0.11f, 0.13f),
+    kMarkerColour(0.95f, 0.90f, 0.70f);
 
 // Meshes of the opaque scene.
-enum { kBodies, kObstacles };
+enum { kBodies, kObstacles, kMarkers };
 
 Vec3f sky(const Vec3f& direction) {
   const float up = std::max(0.0f, direction[2]);
@@ -39,6 +41,25 @@ Vec3f smooth_normal(const SurfaceMesh& mesh, const RayHit& hit) {
   return length > 0.0f ? Vec3f(n / length) : hit.flat_normal;
 }
 
+// An octahedron about every point.
+SurfaceMesh dots(const std::vector<Vec3>& points, double radius) {
+  SurfaceMesh mesh;
+  for (const Vec3& x : points) {
+    const Vec3i first = Vec3i::Constant(static_cast<int>(mesh.vertices.size()));
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double side : {-1.0, 1.0}) {
+        mesh.normals.emplace_back(side * Vec3::Unit(axis));
+        mesh.vertices.emplace_back(x + radius * mesh.normals.back());
+      }
+    for (int octant = 0; octant < 8; ++octant) {  // corners -x +x -y +y -z +z are 0 .. 5
+      Vec3i t(octant & 1, 2 + (octant >> 1 & 1), 4 + (octant >> 2));
+      if (std::popcount(static_cast<unsigned>(octant)) % 2 == 0) std::swap(t[0], t[1]);
+      mesh.triangles.push_back(first + t);
+    }
+  }
+  return mesh;
+}
+
 // In linear light, which the square of sRGB is close to.
 Vec3f body_colour(int b) {
   const auto& c = body_palette(b);
@@ -52,7 +73,8 @@ Painter::Painter(const Stage& stage)
       edges_(stage.has_tank
                  ? box_edges(stage.low, stage.high, 0.0015 * (stage.high - stage.low).norm())
                  : SurfaceMesh()),
-      opaque_({&stage.bodies, &stage.obstacles}),
+      dots_(dots(stage.markers, 0.0018 * (stage.high - stage.low).norm())),
+      opaque_({&stage.bodies, &stage.obstacles, &dots_}),
       edge_scene_({&edges_}),
       water_({&stage.water}),
       low_(stage.low.cast<float>()),
@@ -241,8 +263,9 @@ bool Painter::opaque_surface(const Ray& ray, Surface& surface, float& t) const {
     surface.colour = body_colour(bodies.body.empty() ? 0 : bodies.body[v]);
     surface.gloss = 1.0f;
   } else {
-    surface.normal = smooth_normal(stage_.obstacles, hit);
-    surface.colour = kObstacleColour;
+    const bool marker = hit.mesh == kMarkers;
+    surface.normal = smooth_normal(marker ? dots_ : stage_.obstacles, hit);
+    surface.colour = marker ? kMarkerColour : kObstacleColour;
     surface.gloss = 0.0f;
   }
   if (surface.normal.dot(ray.direction) > 0.0f) surface.normal = -surface.normal;

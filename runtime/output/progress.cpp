@@ -8,8 +8,10 @@
 
 namespace archetide {
 
-Progress::Progress(const std::string& log_path, bool quiet)
-    : log_(log_path), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+Progress::Progress(const std::string& log_path, bool quiet, bool append)
+    : log_(log_path, append ? std::ios::app : std::ios::trunc),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0) {
   if (!log_) throw MachineError(log_path + ": cannot be written");
 }
 

@@ -10,7 +10,7 @@ namespace archetide {
 class Progress {
  public:
   /// Throws MachineError when the log cannot be written.
-  Progress(const std::string& log_path, bool quiet);
+  Progress(const std::string& log_path, bool quiet, bool append = false);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

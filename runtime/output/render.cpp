@@ -115,6 +115,8 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
     const auto frame_start = Clock::now();
     stage.water = files.surface.empty() ? SurfaceMesh() : read_ply(files.surface);
     stage.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
+    stage.markers.clear();
+    if (!files.markers.empty()) stage.markers = read_vtp(files.markers).vertices;
     const Image image =
         Painter(stage).paint(camera, options.width, options.height, options.samples);
     write_png(picture_path(folder, files.number), image);

@@ -46,6 +46,8 @@ RunFolder open_run_folder(const std::string& directory) {
       frames[n].surface = run.path + "frames/" + name;
     if (const int n = frame_number(name, "bodies", "vtp"); n >= 0)
       frames[n].bodies = run.path + "frames/" + name;
+    if (const int n = frame_number(name, "markers", "vtp"); n >= 0)
+      frames[n].markers = run.path + "frames/" + name;
   }
   for (auto& [number, files] : frames) {
     files.number = number;
@@ -55,6 +57,17 @@ RunFolder open_run_folder(const std::string& directory) {
     if (frame_number(name, "frame", "png") >= 0)
       run.pictures.push_back(run.path + "pictures/" + name);
   return run;
+}
+
+void remove_frames_from(const std::string& directory, int first) {
+  for (const std::string& name : names_in(directory + "/frames")) {
+    const std::size_t dot = name.find('.');
+    const std::size_t last = name.rfind('.');
+    if (dot == last || dot == std::string::npos) continue;
+    const int number = frame_number(name, name.substr(0, dot), name.substr(last + 1));
+    std::error_code error;
+    if (number >= first) fs::remove(directory + "/frames/" + name, error);
+  }
 }
 
 }  // namespace archetide

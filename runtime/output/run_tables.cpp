@@ -56,10 +56,22 @@ void StatsTable::write_header(const Profile& profile) {
                                     "contact_sweeps",
                                     "max_penetration",
                                     "mean_penetration",
+                                    "actuation_work",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
   csv_.header(names);
+}
+
+void StatsTable::resume(std::int64_t rows) {
+  const std::string prefix = "seconds_";
+  for (const std::string& name : csv_.keep_rows(rows)) {
+    has_header_ = true;
+    if (name.starts_with(prefix) && name != "seconds_other")
+      phases_.push_back(name.substr(prefix.size()));
+  }
+  seconds_before_.assign(phases_.size(), 0.0);
+  rows_ = rows;
 }
 
 void StatsTable::add(const StepReport& s, const Profile& profile) {
@@ -77,6 +89,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.joint_drift).cell(s.max_deformation);
   csv_.cell(s.volume_given_back);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
+  csv_.cell(s.actuation_work);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);
@@ -89,17 +102,27 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   }
   csv_.cell(std::max(0.0, step_seconds - named));
   csv_.end_row();
+  ++rows_;
   total_before_ = total;
 }
 
-BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies)
-    : csv_(path) {
+BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies, bool keep)
+    : csv_(path, keep) {
   for (const ReducedBody& body : bodies) modes_ = std::max(modes_, body.r);
+  if (!keep) write_header();
+}
+
+void BodiesTable::write_header() {
   std::vector<std::string> names = {"t",  "body", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                     "vx", "vy",   "vz", "wx", "wy", "wz", "px", "py", "pz",
                                     "lx", "ly",   "lz", "fx", "fy", "fz", "tx", "ty", "tz"};
   for (int m = 1; m <= modes_; ++m) names.push_back(std::string("q").append(std::to_string(m)));
   csv_.header(names);
+}
+
+void BodiesTable::resume(std::int64_t rows) {
+  if (csv_.keep_rows(rows).empty()) write_header();
+  rows_ = rows;
 }
 
 void BodiesTable::add(double time, int body_index, const ReducedBody& body, const Vec3& impulse,
@@ -122,6 +145,7 @@ void BodiesTable::add(double time, int body_index, const ReducedBody& body, cons
     else
       csv_.empty_cell();
   csv_.end_row();
+  ++rows_;
 }
 
 }  // namespace archetide

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
 #include "common/atomic_file.h"
 #include "common/input_error.h"
@@ -15,6 +14,7 @@
 #include "runtime/output/ply.h"
 #include "runtime/output/progress.h"
 #include "runtime/output/run_description.h"
+#include "runtime/output/run_folder.h"
 #include "runtime/output/run_tables.h"
 #include "runtime/output/vtp.h"
 #include "runtime/output/water_surface.h"
@@ -43,8 +43,9 @@ void check_frame_kinds(const std::vector<std::string>& kinds) {
     if (std::find(known.begin(), known.end(), kind) != known.end()) continue;
     const std::string near = closest_match(kind, known);
     throw InputError("output.frames: this version writes no \"" + kind + '"',
-                     near.empty() ? "it writes surface.ply, bodies.vtp and particles.vtp"
-                                  : "did you mean \"" + near + "\"?");
+                     near.empty()
+                         ? "it writes surface.ply, bodies.vtp, particles.vtp and markers.vtp"
+                         : "did you mean \"" + near + "\"?");
   }
 }
 
@@ -57,7 +58,8 @@ std::string frame_file(const std::string& stem, int frame, const std::string& ex
 }  // namespace
 
 const std::vector<std::string>& frame_kinds() {
-  static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp"};
+  static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp",
+                                                 "markers.vtp"};
   return kinds;
 }
 
@@ -67,7 +69,7 @@ struct RunWriter::Impl {
   Progress progress;
   StatsTable stats;
   BodiesTable bodies;
-  PvdIndex surface_pvd, bodies_pvd, particles_pvd;
+  PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd;
   Manifest manifest;
 
   // Since the last frame line, and since the start.
@@ -76,23 +78,47 @@ struct RunWriter::Impl {
   int frame_steps = 0, frame_iterations = 0;
   double frame_residual = 0.0;
   StepReport last;
-  std::optional<double> first_volume;  // m^3
+  double first_volume = std::nan("");             // m^3
+  double seconds_before = 0.0, cpu_before = 0.0;  // s, before it was resumed
 
   Impl(RunSetup s, const Simulation& simulation)
       : setup(std::move(s)),
         folder(make_folders(setup.directory)),
-        progress(folder + "run.log", setup.quiet),
-        stats(folder + "stats.csv"),
-        bodies(folder + "bodies.csv", simulation.all_bodies()),
+        progress(folder + "run.log", setup.quiet, goes_on()),
+        stats(folder + "stats.csv", goes_on()),
+        bodies(folder + "bodies.csv", simulation.all_bodies(), goes_on()),
         surface_pvd(folder + "frames/surface.pvd"),
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),
+        markers_pvd(folder + "frames/markers.pvd"),
         manifest(describe_run(setup, simulation)),
         start_time(simulation.time()) {
+    if (setup.resumed) resume();
     write_file_atomically(folder + "scene.toml", setup.scene_text);
     write_manifest(folder + "manifest.json", manifest);
     write_obstacles(simulation);
     show_header(simulation);
+    if (setup.resumed) progress.line("resumed    from " + setup.resumed_from);
+  }
+
+  bool goes_on() const { return setup.resumed && !setup.fork; }
+
+  // Counters of the checkpoint; in the same folder, tables and frames as they were then.
+  void resume() {
+    const RunProgress& p = *setup.resumed;
+    manifest.frames = p.frames, manifest.steps = p.steps, manifest.halvings = p.halvings;
+    manifest.worst_iterations = p.worst_iterations;
+    manifest.worst_volume_drift = p.worst_volume_drift;
+    first_volume = p.first_volume;
+    if (!goes_on()) return;
+    stats.resume(p.stats_rows);
+    bodies.resume(p.bodies_rows);
+    remove_frames_from(setup.directory, p.frames);
+    for (PvdIndex* pvd : {&surface_pvd, &bodies_pvd, &particles_pvd, &markers_pvd})
+      pvd->resume(p.frames);
+    const Manifest before = read_manifest(folder + "manifest.json");
+    manifest.started = before.started;
+    seconds_before = before.wall_seconds, cpu_before = before.cpu_seconds;
   }
 
   bool wants(const std::string& kind) const {
@@ -130,13 +156,22 @@ struct RunWriter::Impl {
     }
     if (wants("bodies.vtp") && !simulation.bodies().empty()) {
       const std::string name = frame_file("bodies", frame, "vtp");
-      write_vtp(folder + "frames/" + name, bodies_surface(simulation.bodies()), t);
+      write_vtp(folder + "frames/" + name, bodies_surface(simulation.bodies(), simulation.skins()),
+                t);
       bodies_pvd.add(t, name);
     }
     if (wants("particles.vtp") && fluid.particles.size() > 0) {
       const std::string name = frame_file("particles", frame, "vtp");
       write_particles_vtp(folder + "frames/" + name, fluid.particles, t);
       particles_pvd.add(t, name);
+    }
+    if (wants("markers.vtp") && !fluid.markers.empty()) {
+      const std::string name = frame_file("markers", frame, "vtp");
+      std::vector<Vec3> velocity;
+      for (const Vec3& x : fluid.markers)
+        velocity.push_back(interpolate(simulation.options().grid, fluid.u, x));
+      write_markers_vtp(folder + "frames/" + name, fluid.markers, velocity, t);
+      markers_pvd.add(t, name);
     }
   }
 
@@ -152,7 +187,7 @@ struct RunWriter::Impl {
   }
 
   double volume_drift() const {
-    return first_volume && *first_volume > 0.0 ? last.water_volume / *first_volume - 1.0 : 0.0;
+    return first_volume > 0.0 ? last.water_volume / first_volume - 1.0 : 0.0;
   }
 
   void show_frame(double t) {
@@ -179,8 +214,8 @@ struct RunWriter::Impl {
   void fill_totals(const Simulation& simulation) {
     manifest.time = simulation.time();
     manifest.finished = utc_now();
-    manifest.wall_seconds = seconds_since(run_start);
-    manifest.cpu_seconds = process_cpu_seconds();
+    manifest.wall_seconds = seconds_before + seconds_since(run_start);
+    manifest.cpu_seconds = cpu_before + process_cpu_seconds();
     manifest.peak_bytes = process_peak_bytes();
     for (const std::string& phase : simulation.profile().phases())
       manifest.phase_seconds[phase] = simulation.profile().seconds(phase);
@@ -202,7 +237,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   Impl& d = *impl_;
   d.stats.add(report, simulation.profile());
   d.last = report;
-  if (!d.first_volume) d.first_volume = report.water_volume;
+  if (std::isnan(d.first_volume)) d.first_volume = report.water_volume;
 
   const int iterations = std::max(report.position.iterations, report.velocity.iterations);
   const double residual = std::max(report.position.residual, report.velocity.residual);
@@ -241,6 +276,33 @@ void RunWriter::finish(int exit_code, const std::string& reason, const Simulatio
 
 void RunWriter::add_closed_form(const Manifest::ClosedFormEntry& entry) {
   impl_->manifest.closed_forms.push_back(entry);
+}
+
+int RunWriter::frame() const { return impl_->manifest.frames - 1; }
+
+RunProgress RunWriter::progress() {
+  impl_->stats.flush();
+  impl_->bodies.flush();
+  const Manifest& m = impl_->manifest;
+  return {m.frames,
+          m.steps,
+          m.halvings,
+          m.worst_iterations,
+          m.worst_volume_drift,
+          impl_->first_volume,
+          impl_->stats.rows(),
+          impl_->bodies.rows()};
+}
+
+void RunProgress::visit_state(StateArchive& a) {
+  a.field("run/frames", frames);
+  a.field("run/steps", steps);
+  a.field("run/halvings", halvings);
+  a.field("run/worst_iterations", worst_iterations);
+  a.field("run/worst_volume_drift", worst_volume_drift);
+  a.field("run/first_volume", first_volume);
+  a.field("run/stats_rows", stats_rows);
+  a.field("run/bodies_rows", bodies_rows);
 }
 
 void RunWriter::log(const std::string& line) { impl_->progress.line(line); }

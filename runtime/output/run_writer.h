@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +11,15 @@
 #include "runtime/simulation.h"
 
 namespace archetide {
+
+/// How far a run has come: what a resumed one goes on from.
+struct RunProgress {
+  int frames = 0, steps = 0, halvings = 0, worst_iterations = 0;
+  double worst_volume_drift = 0.0;
+  double first_volume = std::numeric_limits<double>::quiet_NaN();  // m^3; NaN: no step yet
+  std::int64_t stats_rows = 0, bodies_rows = 0;                    // in this folder's tables
+  void visit_state(StateArchive& a);
+};
 
 /// What a run is called and what it leaves behind.
 struct RunSetup {
@@ -21,9 +33,15 @@ struct RunSetup {
   std::vector<std::string> body_names;  // one per body, or empty: the archetype's name
   int threads = 1;
   bool quiet = false;  // no progress on stderr (run.log is always written)
+  /// From a checkpoint: goes on in the same folder (tables and frames are cut to it), or, `fork`,
+  /// begins a folder of its own.
+  std::optional<RunProgress> resumed;
+  std::string resumed_from;  // its file
+  bool fork = false;
 };
 
-/// The frame files that a scene may ask for: surface.ply, bodies.vtp, particles.vtp.
+/// The frame files that a scene may ask for: surface.ply, bodies.vtp, particles.vtp,
+/// markers.vtp.
 const std::vector<std::string>& frame_kinds();
 
 /// Bytes of the arrays of a run with this grid and these bodies, an estimate before it starts.
@@ -61,6 +79,10 @@ class RunWriter {
   void finish(int exit_code, const std::string& reason, const Simulation& simulation);
   /// Into the manifest of finish().
   void add_closed_form(const Manifest::ClosedFormEntry& entry);
+  /// Number of the frame that was written last, -1: none.
+  int frame() const;
+  /// How far it is now; the tables are flushed.
+  RunProgress progress();
   /// A line of run.log, and of stderr unless quiet.
   void log(const std::string& line);
 

@@ -1,6 +1,9 @@
 #include "runtime/output/vtp.h"
 
 #include <cstdint>
+#include <filesystem>
+#include <numeric>
+#include <sstream>
 
 #include "common/atomic_file.h"
 #include "common/byte_stream.h"
@@ -57,6 +60,20 @@ std::vector<int> offsets(std::size_t cells, int corners) {
   std::vector<int> out(cells);
   for (std::size_t c = 0; c < cells; ++c) out[c] = corners * static_cast<int>(c + 1);
   return out;
+}
+
+// Points, each a vertex, and the end of the piece.
+void close_vertices(const std::vector<Vec3>& points, VtpText& text) {
+  std::vector<int> index(points.size());
+  std::iota(index.begin(), index.end(), 0);
+  text.open("Points");
+  text.array("Points", "Float32", 3, flat(points));
+  text.close("Points");
+  text.open("Verts");
+  text.array("connectivity", "Int32", 1, index);
+  text.array("offsets", "Int32", 1, offsets(points.size(), 1));
+  text.close("Verts");
+  text.close("Piece");
 }
 
 // The raw values of the first array called `name`.
@@ -133,24 +150,35 @@ SurfaceMesh read_vtp(const std::string& path) {
 }
 
 void write_particles_vtp(const std::string& path, const Particles& particles, double time) {
-  const std::size_t n = particles.size();
-  std::vector<int> index(n);
-  for (std::size_t p = 0; p < n; ++p) index[p] = static_cast<int>(p);
   VtpText text;
-  text.open(piece(n, n, 0));
+  text.open(piece(particles.size(), particles.size(), 0));
   text.open("PointData");
   text.array("radius", "Float32", 1, particles.radius);
   text.array("sign", "Int8", 1, particles.sign);
   text.close("PointData");
-  text.open("Points");
-  text.array("Points", "Float32", 3, flat(particles.position));
-  text.close("Points");
-  text.open("Verts");
-  text.array("connectivity", "Int32", 1, index);
-  text.array("offsets", "Int32", 1, offsets(n, 1));
-  text.close("Verts");
-  text.close("Piece");
+  close_vertices(particles.position, text);
   write_file_atomically(path, text.file(time));
+}
+
+void write_markers_vtp(const std::string& path, const std::vector<Vec3>& position,
+                       const std::vector<Vec3>& velocity, double time) {
+  VtpText text;
+  text.open(piece(position.size(), position.size(), 0));
+  text.open("PointData Vectors=\"velocity\"");
+  text.array("velocity", "Float32", 3, flat(velocity));
+  text.close("PointData");
+  close_vertices(position, text);
+  write_file_atomically(path, text.file(time));
+}
+
+void PvdIndex::resume(int frames) {
+  if (!std::filesystem::exists(path_)) return;
+  std::istringstream lines(read_whole_file(path_));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("<DataSet")) continue;
+    const std::size_t number = line.find('.', line.find("file=\"")) + 1;  // stem.NNNNNN.ext
+    if (std::stoi(line.substr(number, 6)) < frames) entries_ += line + '\n';
+  }
 }
 
 void PvdIndex::add(double time, const std::string& file_name) {

@@ -28,6 +28,7 @@ void for_each_use(const SceneSpec& scene, const Visit& visit) {
   for (const BodySpec& body : scene.bodies) visit(body.archetype, body.where);
   for (const ScatterSpec& scatter : scene.scatters)
     visit(scatter.body.archetype, scatter.body.where);
+  for (const SkinSpec& skin : scene.skins) visit(skin.archetype, skin.where);
 }
 
 }  // namespace
@@ -79,6 +80,13 @@ std::shared_ptr<const Archetype> ArchetypeLibrary::load(const std::string& arche
   const std::string file = path(archetype);
   std::shared_ptr<const Archetype>& entry = cache_[file];
   if (!entry) entry = std::make_shared<const Archetype>(read_archetype(file, Part::kRuntime));
+  return entry;
+}
+
+std::shared_ptr<const Skin> ArchetypeLibrary::load_skin(const std::string& archetype) {
+  const std::string file = path(archetype);
+  std::shared_ptr<const Skin>& entry = skins_[file];
+  if (!entry) entry = std::make_shared<const Skin>(read_skin(file));
   return entry;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/skin.h"
 #include "runtime/scene/scene_spec.h"
 
 namespace archetide {
@@ -26,13 +27,15 @@ class ArchetypeLibrary {
 
   /// Reads what the runtime needs, cached.
   std::shared_ptr<const Archetype> load(const std::string& archetype);
+  std::shared_ptr<const Skin> load_skin(const std::string& archetype);
 
  private:
   std::vector<std::string> folders_;
   std::map<std::string, std::shared_ptr<const Archetype>> cache_;
+  std::map<std::string, std::shared_ptr<const Skin>> skins_;
 };
 
-/// Archetype names of a scene, each once, in the order of the file.
+/// Archetype names of a scene, skins included, each once, in the order of the file.
 std::vector<std::string> archetype_names(const SceneSpec& scene);
 
 /// Every file that a run of the scene reads: the scene, archetypes, obstacles, water mesh.

@@ -86,6 +86,23 @@ std::vector<ClosedForm> Expectations::closed_forms() const {
   return out;
 }
 
+void Expectations::visit_state(StateArchive& a) {
+  drift_.visit_state(a, "expect/drift");
+  a.field("expect/worst_drift", worst_drift_);
+  a.field("expect/largest_deformation", largest_deformation_);
+  a.field("expect/most_iterations", most_iterations_);
+  std::vector<Vec3> means;  // seconds, z, speed
+  for (const BodyMeans& m : means_) means.emplace_back(m.seconds, m.z, m.speed);
+  a.field("expect/means", means);
+  std::vector<Vec3> drafts;  // draft, size
+  for (const BodyMeans& m : means_) drafts.emplace_back(m.draft, m.size, 0.0);
+  a.field("expect/drafts", drafts);
+  if (means.size() != means_.size() || drafts.size() != means_.size())
+    a.fail("field expect/means is of another [expect]");
+  for (std::size_t n = 0; n < means.size(); ++n)
+    means_[n] = {means[n][0], means[n][1], means[n][2], drafts[n][0], drafts[n][1]};
+}
+
 std::vector<ExpectationResult> Expectations::evaluate() const {
   std::vector<ExpectationResult> out;
   judge("expect.volume_drift", worst_drift_, Bound::kAtMost, spec_.volume_drift, out);

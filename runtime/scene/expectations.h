@@ -13,6 +13,7 @@ class VolumeDrift {
  public:
   /// V / V0 - 1 of this step; 0 without water.
   double observe(const StepReport& report);
+  void visit_state(StateArchive& a, const std::string& name) { a.field(name, first_); }
 
  private:
   double first_ = -1.0;  // V0, m^3; negative: not seen yet
@@ -42,6 +43,7 @@ class Expectations {
   void observe(const StepReport& report, const Simulation& simulation);
   std::vector<ExpectationResult> evaluate() const;
   std::vector<ClosedForm> closed_forms() const;
+  void visit_state(StateArchive& a);
 
  private:
   // Time averages of one body over its window.

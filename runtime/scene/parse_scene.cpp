@@ -1,5 +1,7 @@
 #include "runtime/scene/parse_scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 
@@ -71,6 +73,26 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
     bad.push_back(s.error("grid", "more than 2e9 cells", "use a coarser grid"));
   }
   return fluid;
+}
+
+MarkersSpec parse_markers(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  MarkersSpec markers;
+  markers.where = s.location();
+  markers.count = s.integer("count");
+  markers.seed = static_cast<unsigned>(s.integer("seed"));
+  if (!scene.fluid) bad.push_back(s.error("", "markers need water", "give [fluid]"));
+  if (s.has("box")) {
+    const std::vector<Vec3> corners = s.points("box");
+    if (corners.size() == 2)
+      markers.box = parse_corners(s, "box", corners[0], corners[1], bad);
+    else
+      bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
+  }
+  const bool centre = s.has("centre"), radius = s.has("radius");
+  if (centre && radius) markers.ball = SphereSpec{s.vec3("centre"), s.number("radius")};
+  if (centre != radius || s.has("box") == centre)
+    bad.push_back(s.error("", "expected a box, or centre and radius of a ball"));
+  return markers;
 }
 
 Quat parse_rotation(const Section& s, Complaints& bad) {
@@ -188,6 +210,109 @@ JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad)
   return joint;
 }
 
+ActuationDirection parse_direction(const Section& s, Complaints& bad) {
+  using Kind = ActuationDirection::Kind;
+  if (!s.is_string("direction")) {
+    const Vec3 vector = s.vec3("direction");
+    if (vector.norm() == 0.0) bad.push_back(s.error("direction", "the vector has no length"));
+    return {Kind::kVector, vector};
+  }
+  const std::string word = s.string("direction");
+  return {word == "radial" ? Kind::kRadial : word == "inward" ? Kind::kInward : Kind::kNormal};
+}
+
+ForceSpec parse_force(const Section& s, Complaints& bad) {
+  ForceSpec force;
+  force.body_where = s.location("body");
+  force.points_where = s.location("points");
+  force.direction_where = s.location("direction");
+  force.body = s.string("body");
+  force.points = s.string("points");
+  force.direction = parse_direction(s, bad);
+  force.amplitude = s.number("amplitude");
+  force.period = s.number("period");
+  force.phase = s.number("phase") * std::numbers::pi / 180.0;
+  force.random_phases = s.string("phases") == "random";
+  force.seed = static_cast<unsigned>(s.integer("seed"));
+  force.balanced = s.string("balance") == "points";
+  force.start = s.number("start");
+  force.end = optional_number(s, "end");
+  if (force.end.value_or(INFINITY) <= force.start)
+    bad.push_back(s.error("end", "the force ends before it starts",
+                          "it starts at " + std::to_string(force.start) + " s"));
+  return force;
+}
+
+// "../arm.h5" -> "arm"
+std::string archetype_name(const std::string& archetype) {
+  return archetype.ends_with(".h5") ? std::filesystem::path(archetype).stem().string() : archetype;
+}
+
+// The bodies that a skin places, behind those that are there.
+void add_parts(const Section& s, const std::string& name, SkinSpec& skin, SceneSpec& scene) {
+  for (const std::string& part : s.strings("parts")) {
+    BodySpec body;
+    body.where = body.modes_where = skin.bodies_where;
+    body.name = name + "." + archetype_name(part);
+    body.archetype = part.ends_with(".h5") ? resolved(scene, part) : part;
+    body.density = optional_number(s, "density");
+    if (s.has("modes")) {
+      body.modes = s.integer("modes");
+      body.modes_where = s.location("modes");
+    }
+    skin.parts.push_back(body.archetype);
+    skin.bodies.push_back(static_cast<int>(scene.bodies.size()));
+    scene.bodies.push_back(body);
+  }
+}
+
+SkinSpec parse_skin(const Section& s, SceneSpec& scene, Complaints& bad) {
+  SkinSpec skin;
+  skin.where = s.location("archetype");
+  skin.archetype = s.string("archetype");
+  const std::string name = s.has("name") ? s.string("name") : archetype_name(skin.archetype);
+  if (skin.archetype.ends_with(".h5")) skin.archetype = resolved(scene, skin.archetype);
+  const bool places = s.has("parts");
+  skin.bodies_where = s.location(places ? "parts" : "bodies");
+  if (places == s.has("bodies")) {
+    bad.push_back(s.error("", "expected either parts or bodies",
+                          "parts = archetypes, to place them; bodies = names of [[body]]s"));
+    return skin;
+  }
+  skin.rotation = parse_rotation(s, bad);
+  skin.velocity = s.vec3("velocity");
+  skin.angular_velocity = s.vec3("angular_velocity");
+  if (s.has("position")) skin.position = s.vec3("position");
+  if (places) {
+    if (!s.has("position"))
+      bad.push_back(s.error("", "position is missing", "of the mesh's origin"));
+    add_parts(s, name, skin, scene);
+    return skin;
+  }
+  for (const char* key :
+       {"position", "rotation", "velocity", "angular_velocity", "density", "modes"})
+    if (s.has(key))
+      bad.push_back(
+          s.error(key, std::string(key) + " belongs to parts", "give it in the [[body]]s"));
+  for (const std::string& body : s.strings("bodies")) {
+    const int b = body_named(s, body, scene, bad);
+    if (b >= 0 && std::count(skin.bodies.begin(), skin.bodies.end(), b) > 0)
+      bad.push_back(s.error("bodies", "\"" + body + "\" stands twice", ""));
+    if (b >= 0) skin.bodies.push_back(b);
+  }
+  return skin;
+}
+
+// A body has one skin.
+void demand_one_skin_each(const SceneSpec& scene, Complaints& bad) {
+  std::vector<int> skins(scene.bodies.size(), 0);
+  for (const SkinSpec& skin : scene.skins)
+    for (const int b : skin.bodies)
+      if (++skins[b] == 2)
+        bad.push_back(
+            {skin.bodies_where, "\"" + scene.bodies[b].name + "\" has a skin already", ""});
+}
+
 void parse_method(const Section& root, SceneSpec& scene) {
   const Section step = root.section("step"), coupling = root.section("coupling");
   scene.cfl = step.number("cfl");
@@ -204,6 +329,17 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.restitution = root.number("contact.restitution");
   scene.friction = root.number("contact.friction");
   scene.body_contact = root.boolean("contact.bodies") && root.has("contact");
+}
+
+LimitSpec parse_limits(const Section& s) {
+  LimitSpec limits;
+  limits.volume_drift = optional_number(s, "volume_drift");
+  limits.speed = optional_number(s, "speed");
+  limits.deformation = optional_number(s, "deformation");
+  limits.energy = optional_number(s, "energy");
+  limits.step = optional_number(s, "step");
+  if (s.has("iterations")) limits.iterations = s.integer("iterations");
+  return limits;
 }
 
 ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
@@ -239,7 +375,11 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   scene.fps = root.number("time.fps");
   parse_method(root, scene);
   if (root.has("fluid")) scene.fluid = parse_fluid(root.section("fluid"), scene, bad);
+  for (const Section& s : root.sections("markers"))
+    scene.markers.push_back(parse_markers(s, scene, bad));
   for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
+  for (const Section& s : root.sections("skin")) scene.skins.push_back(parse_skin(s, scene, bad));
+  demand_one_skin_each(scene, bad);
   int instances = static_cast<int>(scene.bodies.size());
   for (const Section& s : root.sections("scatter")) {
     scene.scatters.push_back(parse_scatter(s, scene, bad));
@@ -249,8 +389,12 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.statics.push_back(parse_static(s, scene, bad));
   for (const Section& s : root.sections("joint"))
     scene.joints.push_back(parse_joint(s, scene, bad));
+  for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
   scene.frames = root.strings("output.frames");
-  scene.volume_drift_limit = optional_number(root, "limits.volume_drift");
+  scene.checkpoints = root.has("output.checkpoint");
+  scene.checkpoint_every = root.integer("output.checkpoint.every_frames");
+  scene.checkpoint_keep = root.integer("output.checkpoint.keep");
+  scene.limits = parse_limits(root.section("limits"));
   scene.expect = parse_expect(root.section("expect"), instances, bad);
   scene.text = document.text();
   throw_if_any(bad);

@@ -2,40 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "common/input_error.h"
-#include "runtime/scene/expectations.h"
+#include "runtime/scene/limits.h"
 
 namespace archetide {
 namespace {
 
 constexpr double kSameTime = 1e-9;  // of a frame: differences below are round-off
 
-void check_limit(const RunPlan& plan, const StepReport& report, double drift) {
-  if (!plan.volume_drift_limit || std::abs(drift) <= *plan.volume_drift_limit) return;
-  std::ostringstream message;
-  message << "the water's volume drifted by " << 100.0 * drift << " % by t = " << report.t
-          << " s, the limit is " << 100.0 * *plan.volume_drift_limit
-          << " % (limits.volume_drift); use a finer grid, a smaller step.cfl or fluid.particles";
-  throw NumericsError(message.str());
-}
-
-// Steps until `target`; false when asked to stop before.
+// Steps until `target`; false when asked to stop before. Steps are the same whether the run is
+// stopped or not.
 bool advance_to(double target, double frame, Simulation& simulation, const RunPlan& plan,
-                const RunEvents& events, VolumeDrift& drift) {
+                const RunEvents& events) {
   for (;;) {
     const double remaining = target - simulation.time();
     if (remaining < kSameTime * frame) return true;
-    if (events.stop_requested()) return false;
+    const bool until = plan.until && simulation.time() >= *plan.until - kSameTime * frame;
+    if (until || events.stop_requested()) return false;
     const double stable = simulation.stable_dt();
-    if (!(stable > kSameTime * frame)) {
-      throw NumericsError("the stable step fell to " + std::to_string(stable) + " s at t = " +
-                          std::to_string(simulation.time()) + " s: the velocities blew up");
-    }
-    const StepReport report = simulation.step(next_step(remaining, stable));
-    events.on_step(report);
-    check_limit(plan, report, drift.observe(report));
+    if (!(stable > std::max(kSameTime * frame, plan.least_step)))
+      throw SimulationFailure(
+          plan.least_step > 0.0 ? "limits.step" : "step",
+          "the stable step fell to " + std::to_string(stable) + " s: velocities blew up",
+          simulation.time(), fastest(simulation));
+    events.on_step(simulation.step(next_step(remaining, stable)));
   }
 }
 
@@ -47,17 +37,15 @@ double next_step(double remaining, double stable) {
 
 RunEnd run_frames(Simulation& simulation, const RunPlan& plan, const RunEvents& events) {
   const double frame = 1.0 / plan.fps;
-  const bool cut = plan.until && *plan.until < plan.end_time - kSameTime * frame;
-  const double end = cut ? *plan.until : plan.end_time;
-  VolumeDrift drift;
-  events.on_frame();
-  for (long n = 1; simulation.time() < end - kSameTime * frame; ++n) {
-    const double frame_end = std::min(n * frame, plan.end_time);
-    const double target = std::min(frame_end, end);
-    if (!advance_to(target, frame, simulation, plan, events, drift)) return RunEnd::kStopped;
-    if (target >= frame_end) events.on_frame();
+  if (!plan.resumed) events.on_frame();
+  auto n = static_cast<long>(simulation.time() / frame + kSameTime);
+  while (simulation.time() < plan.end_time - kSameTime * frame) {
+    ++n;
+    const double target = std::min(n * frame, plan.end_time);
+    if (!advance_to(target, frame, simulation, plan, events)) return RunEnd::kStopped;
+    events.on_frame();
   }
-  return cut ? RunEnd::kStopped : RunEnd::kDone;
+  return RunEnd::kDone;
 }
 
 }  // namespace archetide

@@ -10,10 +10,11 @@ namespace archetide {
 
 /// How far a run goes and when it must stop.
 struct RunPlan {
-  double end_time = 0.0;                          // s
-  double fps = 24.0;                              // frames per second of scene time
-  std::optional<double> until = {};               // s, stop early here
-  std::optional<double> volume_drift_limit = {};  // stop with an error when |V / V0 - 1| is above
+  double end_time = 0.0;             // s
+  double fps = 24.0;                 // frames per second of scene time
+  std::optional<double> until = {};  // s, stop early after the first step that reaches it
+  double least_step = 0.0;           // s, a shorter stable step is an error
+  bool resumed = false;              // from the middle of a run: the first frame is written
 };
 
 /// Called as the run goes on.
@@ -26,7 +27,7 @@ struct RunEvents {
 enum class RunEnd { kDone, kStopped };
 
 /// Steps the simulation to the end of the plan; steps are shortened evenly so that they land on the
-/// frames. Throws NumericsError when the simulation or a limit says so.
+/// frames. Throws SimulationFailure when the simulation says so.
 RunEnd run_frames(Simulation& simulation, const RunPlan& plan, const RunEvents& events);
 
 /// The even split of `remaining` seconds into steps of at most `stable` seconds: the next step.

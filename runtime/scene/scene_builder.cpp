@@ -4,8 +4,11 @@
 #include <numeric>
 
 #include "runtime/coupling/resolution.h"
+#include "runtime/scene/add_forces.h"
+#include "runtime/scene/add_skins.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
+#include "runtime/scene/place_markers.h"
 #include "runtime/scene/scatter.h"
 
 namespace archetide {
@@ -50,13 +53,8 @@ std::vector<Vec3> joint_points(const JointSpec& spec, const Archetype& a) {
     if (spec.frame_points >= 3) points.emplace_back(frame->point + lever * frame->axes.col(0));
   }
   if (!spec.point_set.empty()) {
-    const auto set = std::find_if(a.point_sets.begin(), a.point_sets.end(),
-                                  [&](const PointSet& p) { return p.name == spec.point_set; });
-    if (set == a.point_sets.end())
-      throw InputError({{spec.point_set_where,
-                         "archetype " + a.name + " has no point set \"" + spec.point_set + "\"",
-                         "name one in its body file and build it again"}});
-    for (const int v : set->vertices) points.push_back(a.surface.vertices[v]);
+    for (const int v : point_set_of(a, spec.point_set, spec.point_set_where))
+      points.push_back(a.surface.vertices[v]);
   }
   return points;
 }
@@ -205,6 +203,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     }
   };
   for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
+  if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] { add_scatter(spec, library, built); });
   for (const StaticSpec& spec : scene.statics) {
@@ -214,12 +213,20 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     for (const JointSpec& spec : scene.joints) collect([&] { add_joint(spec, built); });
   if (!bad.empty()) throw InputError(bad);
   sort_by_release(built);
+  for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
+  if (!bad.empty()) throw InputError(bad);
   return built;
 }
 
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
-  return Simulation(built.options, initial_fluid(scene.fluid), std::move(built.bodies),
-                    std::move(built.obstacles), std::move(built.release), std::move(built.joints));
+  FluidState fluid = initial_fluid(scene.fluid);
+  if (!scene.markers.empty())
+    fluid.markers = place_markers(scene.markers, built.options.grid, fluid.phi);
+  Simulation simulation(built.options, std::move(fluid), std::move(built.bodies),
+                        std::move(built.obstacles), std::move(built.release),
+                        std::move(built.joints), std::move(built.skins));
+  simulation.set_actuators(std::move(built.actuators));
+  return simulation;
 }
 
 }  // namespace archetide

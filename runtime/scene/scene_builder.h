@@ -18,6 +18,8 @@ struct BuiltScene {
   std::vector<double> release;          // one per body, ascending: when it appears, s
   std::vector<TriMesh> obstacles;       // closed, outward, world frame
   std::vector<Joint> joints;            // of [[body]]s, which stand before the scattered ones
+  std::vector<Actuator> actuators;      // of [[force]]s
+  std::vector<SkinnedBodies> skins;     // the same
 };
 
 /// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit

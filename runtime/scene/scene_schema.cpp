@@ -142,6 +142,40 @@ Keys fluid_keys() {
   return keys;
 }
 
+Keys marker_keys() {
+  return {
+      {.path = "markers[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "passive points that the water carries, in the water of a box or a ball; write "
+                  "them with output.frames = [\"markers.vtp\"]"},
+      {.path = "markers[].count",
+       .type = kInteger,
+       .range = between(1, 10000000),
+       .fallback = "required",
+       .meaning = "how many"},
+      {.path = "markers[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two corners"},
+      {.path = "markers[].centre",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "markers[].radius",
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "markers[].seed",
+       .type = kInteger,
+       .range = at_least(0),
+       .fallback = "1",
+       .meaning = "of their places"}};
+}
+
 Keys coupling_keys() {
   return {{.path = "coupling.geometry",
            .type = kString,
@@ -313,17 +347,59 @@ Keys surroundings_keys() {
       {.path = "contact.bodies",
        .type = kBool,
        .fallback = "true",
-       .meaning = "bodies against each other and against obstacles (only with [contact])"},
-      {.path = "force[]",
-       .type = kTables,
-       .fallback = "absent",
-       .meaning = "actuation",
-       .later = "actuation forces"},
+       .meaning = "bodies against each other and against obstacles (only with [contact])"}};
+}
+
+Keys skin_keys() {
+  return {
       {.path = "skin[]",
        .type = kTables,
        .fallback = "absent",
-       .meaning = "articulated bodies as one surface",
-       .later = "skins"}};
+       .meaning = "bodies cut out of one surface, which the water and the camera see as that "
+                  "surface; they touch others as they are, and not each other"},
+      {.path = "skin[].name",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "absent = the archetype's name; its parts are called NAME.PART"},
+      {.path = "skin[].archetype",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "name of a skin, or path of one ending in .h5, relative to this file"},
+      {.path = "skin[].parts",
+       .type = kStrings,
+       .fallback = "absent",
+       .meaning = "archetypes of the skin's parts, in its order: places one body of each, held "
+                  "together by the skin's joints"},
+      {.path = "skin[].bodies",
+       .type = kStrings,
+       .fallback = "absent",
+       .meaning = "instead of parts: names of [[body]]s that stand where they should, also held "
+                  "together by the skin's joints"},
+      {.path = "skin[].position",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of the mesh's origin (with parts, then required)"},
+      {.path = "skin[].velocity",
+       .type = kVec3,
+       .unit = "m/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "of the mesh's origin (with parts)"},
+      {.path = "skin[].angular_velocity",
+       .type = kVec3,
+       .unit = "rad/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "world frame (with parts)"},
+      {.path = "skin[].density",
+       .unit = "kg/m^3",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of every part; absent = the archetypes' (with parts)"},
+      {.path = "skin[].modes",
+       .type = kInteger,
+       .range = between(0, 100000),
+       .fallback = "absent",
+       .meaning = "of every part: 0 = rigid; absent = all that are stored (with parts)"}};
 }
 
 Keys joint_keys() {
@@ -359,23 +435,125 @@ Keys joint_keys() {
        .meaning = "named points of the first body's archetype"}};
 }
 
+Keys force_keys() {
+  return {
+      {.path = "force[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning =
+           "actuation: forces on points of a body, fixed in its rest frame and sine in time, "
+           "that deform it and never push or turn it as a whole"},
+      {.path = "force[].body",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "name of a [[body]], or of the archetype of a [[scatter]]: every body that is "
+                  "called so"},
+      {.path = "force[].points",
+       .type = kString,
+       .fallback = "required",
+       .meaning = "named point set of the archetype"},
+      {.path = "force[].direction",
+       .type = kVec3OrString,
+       .fallback = "\"normal\"",
+       .choices = {"normal", "radial", "inward"},
+       .meaning = "a vector in the body's rest frame, the surface's outward normals, away from the "
+                  "middle of the points, or towards it"},
+      {.path = "force[].amplitude",
+       .unit = "N",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "of all points together, before balancing; each has an equal share, so that a "
+                  "finer mesh changes nothing"},
+      {.path = "force[].period",
+       .unit = "s",
+       .range = above(0),
+       .fallback = "required",
+       .meaning = "force = amplitude sin(2 pi (t - start) / period + phase)"},
+      {.path = "force[].phase",
+       .unit = "degrees",
+       .fallback = "0.0",
+       .meaning = "of the sine at start"},
+      {.path = "force[].phases",
+       .type = kString,
+       .fallback = "\"same\"",
+       .choices = {"same", "random"},
+       .meaning = "random = each of several bodies has its own phase, uniform over the circle"},
+      {.path = "force[].seed",
+       .type = kInteger,
+       .range = at_least(0),
+       .fallback = "1",
+       .meaning = "of random phases"},
+      {.path = "force[].balance",
+       .type = kString,
+       .fallback = "\"points\"",
+       .choices = {"points", "body"},
+       .meaning = "what makes resultant and torque zero: the least change of the forces at the "
+                  "points, or the whole body's inertia (then one point is enough)"},
+      {.path = "force[].start",
+       .unit = "s",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning = "no force before"},
+      {.path = "force[].end",
+       .unit = "s",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "no force after; absent = it goes on"}};
+}
+
 Keys result_keys() {
   return {{.path = "output.frames",
            .type = kStrings,
            .fallback = "[\"surface.ply\", \"bodies.vtp\"]",
-           .choices = {"surface.ply", "bodies.vtp", "particles.vtp"},
+           .choices = {"surface.ply", "bodies.vtp", "particles.vtp", "markers.vtp"},
            .meaning = "files written every frame",
            .later = "this kind of frame",
            .later_values = {"surface.vdb", "phi.vti"}},
           {.path = "output.checkpoint",
            .type = kTable,
            .fallback = "absent",
-           .meaning = "state to resume from",
-           .later = "checkpoints and resume"},
+           .meaning = "state to resume from, DIR/checkpoint; a run that is stopped writes one "
+                      "anyway"},
+          {.path = "output.checkpoint.every_frames",
+           .type = kInteger,
+           .range = at_least(1),
+           .fallback = "12",
+           .meaning = "frames from one checkpoint to the next"},
+          {.path = "output.checkpoint.keep",
+           .type = kInteger,
+           .range = at_least(1),
+           .fallback = "2",
+           .meaning = "checkpoints that stay; older ones are removed"},
           {.path = "limits.volume_drift",
            .range = above(0),
            .fallback = "absent",
            .meaning = "the run stops with exit 3 when |V / V0 - 1| of the water is above"},
+          {.path = "limits.speed",
+           .unit = "m/s",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "the same when water or a surface point of a body is faster"},
+          {.path = "limits.deformation",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "the same when a body's largest modal displacement exceeds this part of its "
+                      "size"},
+          {.path = "limits.energy",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "the same when kinetic, elastic and potential energy together have gained, "
+                      "beyond the actuators' work, this part of the largest kinetic and elastic "
+                      "energy so far"},
+          {.path = "limits.step",
+           .unit = "s",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "the same when the stable step, or one that was halved, is shorter"},
+          {.path = "limits.iterations",
+           .type = kInteger,
+           .range = at_least(1),
+           .fallback = "absent",
+           .meaning = "the same when a coupled solve takes more"},
           {.path = "expect.volume_drift",
            .range = at_least(0),
            .fallback = "absent",
@@ -449,9 +627,10 @@ const Schema& scene_schema() {
   static const Schema schema = [] {
     Keys keys;
     for (const Keys& part :
-         {run_keys(), fluid_keys(), coupling_keys(), body_keys(), instance_keys("body[]"),
-          rotation_keys("body[]"), scatter_keys(), instance_keys("scatter[]"), surroundings_keys(),
-          rotation_keys("static[]"), joint_keys(), result_keys()}) {
+         {run_keys(), fluid_keys(), marker_keys(), coupling_keys(), body_keys(),
+          instance_keys("body[]"), rotation_keys("body[]"), scatter_keys(),
+          instance_keys("scatter[]"), surroundings_keys(), rotation_keys("static[]"), joint_keys(),
+          force_keys(), skin_keys(), rotation_keys("skin[]"), result_keys()}) {
       append(keys, part);
     }
     return Schema("*.scene.toml", keys);

@@ -18,6 +18,15 @@ struct SphereSpec {
   double radius = 0.0;         // m
 };
 
+/// One [[markers]]: points in the water of a box or a ball.
+struct MarkersSpec {
+  SourceLocation where;
+  int count = 0;
+  std::optional<BoxSpec> box;
+  std::optional<SphereSpec> ball;  // if not a box
+  unsigned seed = 1;
+};
+
 /// Where the water is at the start: the union of everything given.
 struct WaterSpec {
   bool full = true;             // no [fluid] water: the whole tank
@@ -86,6 +95,34 @@ struct JointSpec {
   SourceLocation frame_where, point_set_where;
 };
 
+/// One [[force]].
+struct ForceSpec {
+  SourceLocation body_where, points_where, direction_where;
+  std::string body;    // name of the bodies that it drives
+  std::string points;  // point set of their archetypes
+  ActuationDirection direction;
+  double amplitude = 0.0;      // N
+  double period = 1.0;         // s
+  double phase = 0.0;          // rad
+  bool random_phases = false;  // one for each body
+  unsigned seed = 1;
+  bool balanced = true;       // at the points; else by the whole body
+  double start = 0.0;         // s
+  std::optional<double> end;  // s
+};
+
+/// One [[skin]]: bodies that the water and the camera see as one surface.
+struct SkinSpec {
+  SourceLocation where, bodies_where;
+  std::string archetype;           // of the skin
+  std::vector<int> bodies;         // index of a body, in the order of the skin's parts
+  std::vector<std::string> parts;  // their archetypes, where the skin places them; else empty
+  Vec3 position = Vec3::Zero();    // of the mesh's origin, m
+  Quat rotation = Quat::Identity();
+  Vec3 velocity = Vec3::Zero();          // of the mesh's origin, m/s
+  Vec3 angular_velocity = Vec3::Zero();  // world frame, rad/s
+};
+
 /// What one body must show; means are over the last `window` of the run.
 struct BodyExpectation {
   SourceLocation where;
@@ -103,6 +140,16 @@ struct ExpectSpec {
   std::optional<int> iterations;                           // most iterations of one solve
   std::optional<double> deformation_min, deformation_max;  // largest deformation reached, 1
   std::vector<BodyExpectation> bodies;
+};
+
+/// What a run must not exceed; absent: anything goes.
+struct LimitSpec {
+  std::optional<double> volume_drift = {};  // |V / V0 - 1| of the water
+  std::optional<double> speed = {};         // of water and bodies, m/s
+  std::optional<double> deformation = {};   // largest modal displacement / body size
+  std::optional<double> energy = {};        // gain beyond actuation / largest kinetic and elastic
+  std::optional<double> step = {};          // shortest step, s
+  std::optional<int> iterations = {};       // of one coupled solve
 };
 
 /// A scene file as plain structs; paths are resolved against the scene's folder.
@@ -124,14 +171,20 @@ struct SceneSpec {
   OnFail on_fail = OnFail::kHalveStep;
 
   std::optional<FluidSpec> fluid;
-  std::vector<BodySpec> bodies;
+  std::vector<MarkersSpec> markers;
+  std::vector<BodySpec> bodies;  // of [[body]], and the parts of skins behind them
+  std::vector<SkinSpec> skins;
   std::vector<ScatterSpec> scatters;
   std::vector<StaticSpec> statics;
   std::vector<JointSpec> joints;
+  std::vector<ForceSpec> forces;
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;
-  std::optional<double> volume_drift_limit;  // largest |V / V0 - 1|
+  bool checkpoints = false;
+  int checkpoint_every = 12;  // frames
+  int checkpoint_keep = 2;
+  LimitSpec limits;
   ExpectSpec expect;
 
   std::string text;  // TOML of exactly this scene, overrides included

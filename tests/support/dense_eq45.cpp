@@ -63,7 +63,8 @@ struct Face {
   int constraint = -1;      // row of W, or -1
 };
 
-/// A solution of A x = b, A symmetric positive semi-definite and b in its range.
+}  // namespace
+
 VecX solve_semi_definite(const MatX& A, const VecX& b) {
   const VecX scale = A.diagonal().cwiseSqrt().cwiseInverse();
   Eigen::CompleteOrthogonalDecomposition<MatX> factor;
@@ -72,7 +73,12 @@ VecX solve_semi_definite(const MatX& A, const VecX& b) {
   return scale.asDiagonal() * factor.solve(VecX(scale.asDiagonal() * b));
 }
 
-}  // namespace
+MatX dense_motion(const ReducedBody& body, const SyntheticBody& shape) {
+  const Particles3n p = particles(body, shape);
+  MatX motion(p.M.rows(), 6 + body.r);
+  motion << p.J_rigid, p.P_d.transpose() * p.RS;
+  return motion;
+}
 
 MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, const MatX& M_hat) {
   return impulse_factor(particles(body, shape), M_hat);

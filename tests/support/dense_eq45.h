@@ -35,4 +35,10 @@ DenseSolution solve_eq49(const CoupledTank& tank, const std::vector<const Synthe
 /// K_lambda of Eq. 43 of one body, 3n x 3n, from the projections; M_hat as the stage has it.
 MatX dense_impulse_factor(const ReducedBody& body, const SyntheticBody& shape, const MatX& M_hat);
 
+/// [J_rigid, P_d^T R S] of one body, 3n x (6 + r): particle velocities per unit y.
+MatX dense_motion(const ReducedBody& body, const SyntheticBody& shape);
+
+/// A solution of A x = b, A symmetric positive semi-definite and b in its range.
+VecX solve_semi_definite(const MatX& A, const VecX& b);
+
 }  // namespace archetide

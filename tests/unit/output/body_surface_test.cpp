@@ -24,6 +24,30 @@ TEST(BodiesSurface, PlacesEveryBodyInTheWorldUnderItsNumber) {
   for (const Vec3& n : mesh.normals) EXPECT_NEAR(n.norm(), 1.0, 1e-14);
 }
 
+TEST(BodiesSurface, ASkinStandsInForItsBodies) {
+  const auto archetype = tetrahedron_archetype();
+  archetype->surface_modes.resize(12, 0);
+  std::vector<ReducedBody> bodies(3, rigid_body(archetype));
+  bodies[0].position = Vec3(0, 0, 9);
+  bodies[1].position = Vec3(1, 0, 0);
+  bodies[2].position = Vec3(3, 0, 0);
+  // a skin like one of the bodies, a quarter of it moved by body 1
+  auto skin = std::make_shared<Skin>();
+  skin->surface = archetype->surface;
+  skin->parts = {"first", "second"};
+  for (std::size_t v = 0; v < skin->surface.vertices.size(); ++v) {
+    skin->part_of.push_back({0, 1, 0, 0});
+    skin->weights.insert(skin->weights.end(), {0.25, 0.75, 0.0, 0.0});
+  }
+  const SurfaceMesh mesh =
+      bodies_surface(bodies, {{bind_skin(skin, {archetype, archetype}), {1, 2}}});
+  ASSERT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_EQ(mesh.body, (std::vector<int>{0, 0, 0, 0, 1, 1, 1, 1}));
+  for (int v = 0; v < 4; ++v)
+    EXPECT_LT((mesh.vertices[4 + v] - archetype->surface.vertices[v] - Vec3(2.5, 0, 0)).norm(),
+              1e-14);
+}
+
 TEST(BodiesSurface, NoBodiesGiveNoSurface) { EXPECT_TRUE(bodies_surface({}).vertices.empty()); }
 
 }  // namespace

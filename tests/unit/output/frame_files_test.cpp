@@ -92,6 +92,15 @@ TEST(FrameFiles, ParticlesCarryRadiusAndSign) {
   EXPECT_EQ(read_vtp(folder / "p.vtp").vertices.size(), 2u);
 }
 
+TEST(FrameFiles, MarkersCarryTheirVelocity) {
+  const ScratchFolder folder;
+  write_markers_vtp(folder / "m.vtp", {Vec3(1, 2, 3)}, {Vec3(0.5, 0, -0.25)}, 1.0);
+  const std::string bytes = read_whole_file(folder / "m.vtp");
+  EXPECT_NE(bytes.find("NumberOfPoints=\"1\" NumberOfVerts=\"1\""), std::string::npos);
+  EXPECT_NE(bytes.find("Name=\"velocity\" NumberOfComponents=\"3\""), std::string::npos);
+  EXPECT_EQ(read_vtp(folder / "m.vtp").vertices.at(0), Vec3(1, 2, 3));
+}
+
 TEST(FrameFiles, TruncatedOrForeignFilesAreRefused) {
   const ScratchFolder folder;
   write_ply(folder / "a.ply", two_balls());

@@ -74,6 +74,18 @@ TEST_F(RenderedRun, BodiesKeepTheirColourInAirAndBehindWater) {
   EXPECT_GT(green[1], 1.1 * green[2]);
 }
 
+TEST_F(RenderedRun, MarkersAreWarmDotsInTheWater) {
+  std::vector<Vec3> cloud;  // a sheet behind the front pane, a dot every radius or so
+  for (int n = 0; n < 900; ++n)
+    cloud.emplace_back(0.15 + 0.003 * (n % 30), 0.01, 0.1 + 0.003 * (n / 30));
+  write_markers_vtp(folder_ / "frames/markers.000000.vtp", cloud, cloud, 0.0);
+  render_run(folder_.path(), options_);
+  const Vec3 at(0.195, 0.01, 0.145);  // water and floor behind it in both frames
+  const Vec3 with = pixel_at(read_png(folder_ / "pictures/frame.000000.png"), at);
+  const Vec3 without = pixel_at(read_png(folder_ / "pictures/frame.000001.png"), at);
+  EXPECT_GT(with[0] - with[2], without[0] - without[2] + 40.0);  // red less blue, of 255
+}
+
 TEST_F(RenderedRun, WaterIsBluerThanTheGroundBesideIt) {
   render_run(folder_.path(), options_);
   const Image image = read_png(folder_ / "pictures/frame.000000.png");

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/mesh_sdf.h"
-#include "precompute/closest_point.h"
+#include "common/closest_point.h"
 #include "precompute/elasticity.h"
 #include "precompute/tet_element.h"
 #include "precompute/tetrahedralize.h"

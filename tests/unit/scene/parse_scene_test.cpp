@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numbers>
+
 #include "common/params.h"
 #include "runtime/scene/scene_schema.h"
 #include "scene_test_support.h"
@@ -37,6 +40,14 @@ level = 0.4
 boxes = [{ low = [0, 0, 0], high = [1, 1, 1] }]
 spheres = [{ centre = [1, 2, 3], radius = 0.5 }]
 mesh = "../meshes/drop.obj"
+[[markers]]
+count = 100
+box = [[0, 0, 0], [0.5, 1, 2]]
+seed = 4
+[[markers]]
+count = 7
+centre = [1, 2, 3]
+radius = 0.5
 [coupling]
 geometry = "voxel"
 tolerance = 1e-6
@@ -76,14 +87,45 @@ points = [[0.1, 0, 0], [0, 0.2, 0]]
 frame = "hip"
 type = "weld"
 point_set = "rim"
+[[force]]
+body = "first"
+points = "rim"
+direction = [0, 0, 2]
+amplitude = 2.0
+period = 1.2
+phase = 90
+phases = "random"
+seed = 5
+balance = "body"
+start = 0.5
+end = 2.0
+[[skin]]
+name = "jelly"
+archetype = "jelly_skin"
+parts = ["bell", "../special/arm.h5"]
+position = [1, 2, 3]
+rotation = { axis = [0, 1, 0], degrees = 180 }
+velocity = [0, 0, 2]
+angular_velocity = [0, 4, 0]
+density = 900
+modes = 4
+[[skin]]
+archetype = "../special/own.h5"
+bodies = ["first"]
 [contact]
 restitution = 0.1
 friction = 0.4
 bodies = false
 [output]
 frames = ["particles.vtp"]
+checkpoint = { every_frames = 6, keep = 3 }
 [limits]
 volume_drift = 0.05
+speed = 20
+deformation = 0.6
+energy = 0.1
+step = 1e-5
+iterations = 60
 [expect]
 volume_drift = 0.02
 iterations = 30
@@ -118,7 +160,15 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.restitution, 0.1);
   EXPECT_EQ(s.friction, 0.4);
   EXPECT_EQ(s.frames, std::vector<std::string>{"particles.vtp"});
-  EXPECT_EQ(s.volume_drift_limit, 0.05);
+  EXPECT_TRUE(s.checkpoints);
+  EXPECT_EQ(s.checkpoint_every, 6);
+  EXPECT_EQ(s.checkpoint_keep, 3);
+  EXPECT_EQ(s.limits.volume_drift, 0.05);
+  EXPECT_EQ(s.limits.speed, 20.0);
+  EXPECT_EQ(s.limits.deformation, 0.6);
+  EXPECT_EQ(s.limits.energy, 0.1);
+  EXPECT_EQ(s.limits.step, 1e-5);
+  EXPECT_EQ(s.limits.iterations, 60);
 
   ASSERT_TRUE(s.fluid);
   EXPECT_EQ(s.fluid->cells, Vec3i(4, 8, 16));
@@ -164,6 +214,21 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(joint.frame_points, 3);
   EXPECT_EQ(joint.point_set, "rim");
 
+  const SkinSpec& skin = s.skins.at(0);
+  EXPECT_EQ(skin.archetype, "jelly_skin");
+  EXPECT_EQ(skin.bodies, (std::vector<int>{1, 2}));  // behind the [[body]]s
+  EXPECT_EQ(skin.position, Vec3(1, 2, 3));
+  EXPECT_NEAR((skin.rotation * Vec3(0, 0, 1) - Vec3(0, 0, -1)).norm(), 0.0, 1e-15);
+  EXPECT_EQ(skin.velocity, Vec3(0, 0, 2));
+  EXPECT_EQ(skin.angular_velocity, Vec3(0, 4, 0));
+  EXPECT_EQ(s.bodies.at(1).name, "jelly.bell");
+  EXPECT_EQ(s.bodies.at(1).density, 900.0);
+  EXPECT_EQ(s.bodies.at(2).name, "jelly.arm");
+  EXPECT_EQ(s.bodies.at(2).archetype, "special/arm.h5");
+  EXPECT_EQ(s.bodies.at(2).modes, 4);
+  EXPECT_EQ(s.skins.at(1).archetype, "special/own.h5");
+  EXPECT_EQ(s.skins.at(1).bodies, std::vector<int>{0});
+
   EXPECT_EQ(s.statics.at(0).mesh, "meshes/rocks.obj");
   EXPECT_EQ(s.statics.at(0).scale, 2.0);
   EXPECT_EQ(s.expect.iterations, 30);
@@ -174,25 +239,45 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.expect.bodies.at(0).margin, 0.01);
 }
 
+// Whether a table, or any entry of a list of tables on the way, has the key of this path.
+bool has_key(const ParamNode& table, const std::string& path) {
+  const std::size_t dot = path.find('.');
+  std::string name = path.substr(0, dot);
+  const bool list = name.ends_with("[]");
+  if (list) name.resize(name.size() - 2);
+  const ParamNode* at = table.find(name);
+  if (!at || dot == std::string::npos) return at != nullptr;
+  const std::string rest = path.substr(dot + 1);
+  if (!list) return has_key(*at, rest);
+  return std::any_of(at->items.begin(), at->items.end(),
+                     [&](const ParamNode& entry) { return has_key(entry, rest); });
+}
+
 TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
   // to_scene() already throws when a key of the file is never read; this closes the other half: no
   // row of the schema is left out of kEverything.
   const ParamNode root = parse_param_text(std::string(kHead) + kEverything, "everything");
   for (const Key& key : scene_schema().keys()) {
     if (!key.later.empty() && key.later_values.empty()) continue;
-    const ParamNode* at = &root;
-    std::size_t begin = 0;
-    while (at && begin < key.path.size()) {
-      const std::size_t dot = std::min(key.path.find('.', begin), key.path.size());
-      std::string name = key.path.substr(begin, dot - begin);
-      const bool list = name.ends_with("[]");
-      if (list) name.resize(name.size() - 2);
-      at = at->find(name);
-      if (at && list) at = at->items.empty() ? nullptr : &at->items[0];
-      begin = dot + 1;
-    }
-    EXPECT_TRUE(at) << key.path;
+    EXPECT_TRUE(has_key(root, key.path)) << key.path;
   }
+}
+
+TEST(ParseScene, SkinsNameTheirBodiesOnce) {
+  const std::string bodies =
+      "[[body]]\nname = \"bell\"\narchetype = \"b\"\nposition = [0, 0, 0]\n"
+      "[[body]]\nname = \"arm\"\narchetype = \"a\"\nposition = [0, 0, 0]\n";
+  const auto skin = [&](const std::string& keys) {
+    return complaint(bodies + "[[skin]]\narchetype = \"s\"\n" + keys);
+  };
+  expect_contains(skin("bodies = [\"bel\", \"arm\"]\n"), "did you mean \"bell\"?");
+  expect_contains(skin("bodies = [\"arm\", \"arm\"]\n"), "\"arm\" stands twice");
+  expect_contains(skin("bodies = [\"arm\"]\n[[skin]]\narchetype = \"s\"\nbodies = [\"arm\"]\n"),
+                  "\"arm\" has a skin already");
+  expect_contains(skin("bodies = [\"bell\"]\nposition = [0, 0, 0]\n"), "position belongs to parts");
+  expect_contains(skin("parts = [\"a\"]\n"), "position is missing");
+  expect_contains(skin("parts = [\"a\"]\nbodies = [\"arm\"]\nposition = [0, 0, 0]\n"),
+                  "expected either parts or bodies");
 }
 
 TEST(ParseScene, AbsentSectionsSwitchOff) {
@@ -202,7 +287,8 @@ TEST(ParseScene, AbsentSectionsSwitchOff) {
   EXPECT_TRUE(s.bodies.empty());
   EXPECT_EQ(s.gravity, Vec3(0, 0, -9.81));
   EXPECT_EQ(s.restitution, 0.0);
-  EXPECT_EQ(s.volume_drift_limit, std::nullopt);
+  EXPECT_EQ(s.limits.volume_drift, std::nullopt);
+  EXPECT_FALSE(s.checkpoints);
   const SceneSpec full = parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\n");
   EXPECT_TRUE(full.fluid->water.full);
   EXPECT_EQ(full.fluid->particles_per_cell, 0);
@@ -260,17 +346,57 @@ TEST(ParseScene, JointsNameBodiesAndHavePoints) {
       "two bodies are called \"a\"");
 }
 
+TEST(ParseScene, ForcesHaveADirectionAndTimes) {
+  const ForceSpec all = parse(kEverything).forces.at(0);
+  EXPECT_EQ(all.body, "first");
+  EXPECT_EQ(all.points, "rim");
+  EXPECT_EQ(all.direction.kind, ActuationDirection::Kind::kVector);
+  EXPECT_EQ(all.direction.vector, Vec3(0, 0, 2));
+  EXPECT_EQ(all.amplitude, 2.0);
+  EXPECT_EQ(all.period, 1.2);
+  EXPECT_DOUBLE_EQ(all.phase, std::numbers::pi / 2.0);
+  EXPECT_TRUE(all.random_phases);
+  EXPECT_EQ(all.seed, 5u);
+  EXPECT_FALSE(all.balanced);
+  EXPECT_EQ(all.start, 0.5);
+  EXPECT_EQ(all.end, 2.0);
+
+  const std::string head = "[[force]]\nbody = \"a\"\npoints = \"p\"\namplitude = 1\nperiod = 2\n";
+  const ForceSpec least = parse(head).forces.at(0);
+  EXPECT_EQ(least.direction.kind, ActuationDirection::Kind::kNormal);
+  EXPECT_TRUE(least.balanced);
+  EXPECT_FALSE(least.end);
+  EXPECT_EQ(parse(head + "direction = \"inward\"\n").forces.at(0).direction.kind,
+            ActuationDirection::Kind::kInward);
+  expect_contains(complaint(head + "direction = [0, 0, 0]\n"), "the vector has no length");
+  expect_contains(complaint(head + "direction = \"radiol\"\n"), "did you mean \"radial\"?");
+  expect_contains(complaint(head + "direction = 3\n"), "[x, y, z] or string");
+  expect_contains(complaint(head + "start = 2\nend = 1\n"), "ends before it starts");
+}
+
+TEST(ParseScene, MarkersLieInABoxOrABall) {
+  const std::vector<MarkersSpec> both = parse(kEverything).markers;
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].count, 100);
+  EXPECT_EQ(both[0].seed, 4u);
+  EXPECT_EQ(both[0].box->high, Vec3(0.5, 1, 2));
+  EXPECT_EQ(both[1].ball->centre, Vec3(1, 2, 3));
+  EXPECT_EQ(both[1].ball->radius, 0.5);
+  const std::string tank = "[fluid]\ngrid = [8, 8, 8]\ncell = 0.1\n";
+  const std::string head = "[[markers]]\ncount = 3\n";
+  expect_contains(complaint(head + "centre = [0, 0, 0]\nradius = 1\n"), "markers need water");
+  expect_contains(complaint(tank + head), "expected a box, or centre and radius");
+  expect_contains(complaint(tank + head + "radius = 1\n"), "expected a box, or centre");
+  expect_contains(complaint(tank + head + "box = [[0, 0, 0]]\n"), "expected two corners");
+}
+
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
   const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
-  expect_contains(complaint("[[skin]]\n"), "skins ([[skin]])");
-  expect_contains(complaint("[[force]]\n"), "actuation forces ([[force]])");
   expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
     expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),
                     "not in this version");
   }
-  expect_contains(complaint("[output]\ncheckpoint = { every_frames = 12, keep = 2 }\n"),
-                  "checkpoints");
 }
 
 TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {

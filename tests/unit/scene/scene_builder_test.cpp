@@ -97,6 +97,146 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                   "m from the centre of tetra, a soft body");
 }
 
+TEST_F(BuildScene, ForcesActOnEveryBodyOfTheirNameWithPhasesBySeed) {
+  Archetype a = tetrahedron_archetype("driven");
+  a.surface_modes = MatX::Zero(12, 2);  // a mode that spreads the corners
+  for (int v = 0; v < 4; ++v) a.surface_modes.block<3, 1>(3 * v, 0) = a.surface.vertices[v];
+  a.point_sets = {{"all", {0, 1, 2, 3}}, {"one", {2}}};
+  write_archetype(folder_ / "driven.h5", a);
+  const std::string scatter =
+      "[[scatter]]\narchetype = \"driven\"\ncount = 3\nbox = [[0, 0, 0], [9, 9, 9]]\n"
+      "[[body]]\nname = \"stiff\"\narchetype = \"driven\"\nposition = [20, 0, 0]\nmodes = 0\n";
+  const auto force = [&](const std::string& rest) {
+    return scatter + "[[force]]\namplitude = 2\nperiod = 0.5\n" + rest;
+  };
+  const BuiltScene built =
+      build(force("body = \"driven\"\npoints = \"all\"\nphases = \"random\"\nphase = 90\n"));
+  ASSERT_EQ(built.actuators.size(), 3u);
+  for (int n = 0; n < 3; ++n) {
+    EXPECT_EQ(built.actuators[n].body, n + 1);  // the [[body]] stands first
+    EXPECT_EQ(built.actuators[n].amplitude, 2.0);
+    EXPECT_EQ(built.actuators[n].pattern, built.actuators[0].pattern);  // shared
+    EXPECT_GE(built.actuators[n].phase, EIGEN_PI / 2.0);
+  }
+  EXPECT_NE(built.actuators[0].phase, built.actuators[1].phase);
+  const BuiltScene same = build(force("body = \"driven\"\npoints = \"all\"\n"));
+  EXPECT_EQ(same.actuators[0].phase, same.actuators[2].phase);
+
+  const auto wrong = [&](const std::string& rest) {
+    return message_of<InputError>([&] { build(force(rest)); });
+  };
+  expect_contains(wrong("body = \"drivem\"\npoints = \"all\"\n"), "s.scene.toml:15");
+  expect_contains(wrong("body = \"drivem\"\npoints = \"all\"\n"), "did you mean \"driven\"?");
+  expect_contains(wrong("body = \"driven\"\npoints = \"al\"\n"), "has no point set \"al\"");
+  expect_contains(wrong("body = \"stiff\"\npoints = \"all\"\n"), "is rigid");
+  expect_contains(wrong("body = \"driven\"\npoints = \"one\"\n"), "takes the whole force away");
+  expect_contains(wrong("body = \"driven\"\npoints = \"all\"\ndirection = [0, 0, 1]\n"),
+                  "balance = \"body\"");
+  // the modes have no momentum of their own, so a push of all points alike does not reach them
+  expect_contains(wrong("body = \"driven\"\npoints = \"all\"\ndirection = [0, 0, 1]\n"
+                        "balance = \"body\"\n"),
+                  "none of the 2 modes of archetype driven gives way");
+}
+
+TEST_F(BuildScene, MarkersLieInTheWaterOfTheirPlaces) {
+  const std::string tank = "[fluid]\ngrid = [8, 8, 8]\ncell = 0.125\nwater = { level = 0.5 }\n";
+  const auto markers = [&](const std::string& place) {
+    folder_.write("s.scene.toml", kHead + tank + "[[markers]]\ncount = 500\n" + place);
+    ArchetypeLibrary library(folder_.path(), folder_.path());
+    const SceneSpec scene = parse_scene(folder_ / "s.scene.toml");
+    return make_simulation(build_scene(scene, library), scene).fluid().markers;
+  };
+  const auto in_box = markers("box = [[0.2, 0.1, 0.1], [0.4, 2.0, 2.0]]\n");
+  ASSERT_EQ(in_box.size(), 500u);
+  for (const Vec3& x : in_box) {
+    EXPECT_TRUE(x[0] >= 0.2 && x[0] <= 0.4 && x[1] <= 1.0);
+    EXPECT_LE(x[2], 0.5);
+  }
+  const auto in_ball = markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\n");
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : in_ball) {
+    EXPECT_LE((x - Vec3(0.5, 0.5, 0.3)).norm(), 0.1);
+    mean += x / 500.0;
+  }
+  EXPECT_LE((mean - Vec3(0.5, 0.5, 0.3)).norm(), 0.01);  // 0.1 sqrt(3/5) / sqrt(500) = 0.0035
+  EXPECT_EQ(in_ball, markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\n"));
+  EXPECT_NE(in_ball, markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\nseed = 2\n"));
+  const std::string dry =
+      message_of<InputError>([&] { markers("box = [[0, 0, 0.6], [1, 1, 1]]\n"); });
+  expect_contains(dry, "next to no water where these markers should be");
+  expect_contains(dry, "s.scene.toml:7");
+}
+
+TEST_F(BuildScene, SkinsPlaceTheirPartsAndHoldThemTogether) {
+  for (const char* name : {"one", "two"}) {
+    Archetype a = tetrahedron_archetype(name);
+    a.centre = Vec3(name[0] == 'o' ? 1.0 : 2.0, 0, 0);
+    write_archetype(folder_ / (std::string(name) + ".h5"), a);
+  }
+  Skin skin;
+  skin.name = "both";
+  skin.parts = {"one", "two"};
+  skin.surface = tetrahedron_archetype("s").surface;
+  for (Vec3& x : skin.surface.vertices) x += Vec3(1.5, 0, 0);
+  for (std::size_t v = 0; v < 4; ++v) {
+    skin.part_of.push_back({0, 1, 0, 0});
+    skin.weights.insert(skin.weights.end(), {0.25, 0.75, 0.0, 0.0});
+  }
+  skin.joints = {{0, 1, {Vec3(1.5, 0, 0), Vec3(1.5, 0.1, 0)}}};
+  write_skin(folder_ / "both.h5", skin);
+
+  const std::string place =
+      "position = [5, 0, 0]\nvelocity = [0, 1, 0]\n"
+      "angular_velocity = [0, 0, 2]\n"
+      "rotation = { axis = [0, 0, 1], degrees = 90 }\n";
+  const std::string head = "[[skin]]\narchetype = \"both\"\n";
+  const BuiltScene built = build(head + "parts = [\"one\", \"two\"]\n" + place + head +
+                                 "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n");
+  ASSERT_EQ(built.bodies.size(), 4u);
+  EXPECT_EQ(built.body_names[1], "both.two");
+  EXPECT_NEAR((built.bodies[1].position - Vec3(5, 2, 0)).norm(), 0.0, 1e-15);
+  // v + w x (R centre) = (0, 1, 0) + (0, 0, 2) x (0, 2, 0)
+  EXPECT_NEAR(
+      (built.bodies[1].P / built.bodies[1].archetype->integrals.mass - Vec3(-4, 1, 0)).norm(), 0.0,
+      1e-12);
+  ASSERT_EQ(built.skins.size(), 2u);
+  EXPECT_EQ(built.skins[0].shape, built.skins[1].shape);  // bound once
+  EXPECT_EQ(built.skins[1].bodies, (std::vector<int>{2, 3}));
+  ASSERT_EQ(built.joints.size(), 2u);
+  EXPECT_EQ(built.joints[1].b, 3);
+  EXPECT_LE(joint_drift(built.joints, built.bodies), 1e-15);
+  // the skin stands where the whole does
+  std::vector<Vec3> points;
+  skin_points(
+      built.skins[0], [&](int b) -> const ReducedBody& { return built.bodies[b]; }, points);
+  for (std::size_t v = 0; v < 4; ++v) {
+    const Vec3& x = skin.surface.vertices[v];
+    EXPECT_NEAR((points[v] - Vec3(5 - x[1], x[0], x[2])).norm(), 0.0, 1e-14);
+  }
+
+  const auto refusal = [&](const std::string& text) {
+    return message_of<InputError>([&] { build(text); });
+  };
+  expect_contains(refusal(head + "parts = [\"two\", \"one\"]\nposition = [0, 0, 0]\n"),
+                  "part 1 of skin both is \"one\", not \"two\"");
+  expect_contains(refusal(head + "parts = [\"one\"]\nposition = [0, 0, 0]\n"),
+                  "skin both has 2 parts, not 1");
+  expect_contains(refusal("[coupling]\ngeometry = \"voxel\"\n" + head +
+                          "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n"),
+                  "skins are not possible with coupling.geometry = \"voxel\"");
+  expect_contains(refusal("[step]\nscheme = \"single\"\n" + head +
+                          "parts = [\"one\", \"two\"]\nposition = [0, 0, 0]\n"),
+                  "joints are not possible");
+  const auto wrong_file = [&](const std::string& text) {
+    return message_of<FileError>([&] { build(text); });
+  };
+  expect_contains(wrong_file("[[body]]\narchetype = \"both\"\nposition = [0, 0, 0]\n"),
+                  "a skin, not a body");
+  expect_contains(wrong_file("[[skin]]\narchetype = \"one\"\nparts = [\"one\", \"two\"]\n"
+                             "position = [0, 0, 0]\n"),
+                  "not a skin; a body belongs in a [[body]]");
+}
+
 TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
   EXPECT_EQ(build(body + "0").bodies.at(0).r, 0);

@@ -1,4 +1,4 @@
-#include "precompute/closest_point.h"
+#include "common/closest_point.h"
 
 #include <algorithm>
 #include <numeric>

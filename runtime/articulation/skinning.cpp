@@ -1,0 +1,91 @@
+#include "runtime/articulation/skinning.h"
+
+#include <limits>
+
+#include "common/closest_point.h"
+
+namespace archetide {
+namespace {
+
+/// Weights of a triangle's corners at a point in its plane.
+Vec3 barycentric(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 normal = (b - a).cross(c - a);
+  const double area = normal.squaredNorm();
+  if (!(area > 0.0)) return Vec3::UnitX();
+  const double u = (b - x).cross(c - x).dot(normal) / area,
+               v = (c - x).cross(a - x).dot(normal) / area;
+  return Vec3(u, v, 1.0 - u - v);
+}
+
+SkinShare bind(const Skin& skin, int part, const Archetype& archetype) {
+  SkinShare share;
+  const TriMesh& surface = archetype.surface;
+  const ClosestPoint nearest(surface);
+  share.row.assign(skin.surface.vertices.size(), -1);
+  for (std::size_t v = 0; v < share.row.size(); ++v) {
+    const double weight = skin.weight(v, part);
+    if (!(weight > 0.0)) continue;
+    share.row[v] = static_cast<int>(share.vertices.size());
+    share.vertices.push_back(static_cast<int>(v));
+    share.weights.push_back(weight);
+    const Vec3 x = skin.surface.vertices[v] - archetype.centre;
+    share.rest.push_back(x);
+    const auto hit = nearest.find(x, std::numeric_limits<double>::infinity());
+    const Vec3i t = surface.triangles[hit.triangle];
+    share.corners.push_back(t);
+    share.bary.push_back(barycentric(hit.point, surface.vertices[t[0]], surface.vertices[t[1]],
+                                     surface.vertices[t[2]]));
+  }
+  share.modes.resize(3 * static_cast<long>(share.rest.size()), archetype.r());
+  for (std::size_t k = 0; k < share.rest.size(); ++k) {
+    auto rows = share.modes.middleRows<3>(3 * static_cast<long>(k));
+    rows.setZero();
+    for (int c = 0; c < 3; ++c)
+      rows += share.bary[k][c] * archetype.surface_modes.middleRows<3>(3L * share.corners[k][c]);
+  }
+  return share;
+}
+
+}  // namespace
+
+std::shared_ptr<const BoundSkin> bind_skin(
+    std::shared_ptr<const Skin> skin, const std::vector<std::shared_ptr<const Archetype>>& parts) {
+  auto bound = std::make_shared<BoundSkin>();
+  for (std::size_t p = 0; p < parts.size(); ++p)
+    bound->shares.push_back(bind(*skin, static_cast<int>(p), *parts[p]));
+  bound->skin = std::move(skin);
+  return bound;
+}
+
+void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms) {
+  const Mat3 R = body.rotation.toRotationMatrix();
+  const VecX u = body.r > 0 ? VecX(share.modes.leftCols(body.r) * body.q)
+                            : VecX(VecX::Zero(3 * static_cast<long>(share.rest.size())));
+  arms.resize(share.rest.size());
+  for (std::size_t k = 0; k < arms.size(); ++k)
+    arms[k] = R * (share.rest[k] + u.segment<3>(3 * static_cast<long>(k)));
+}
+
+std::vector<Joint> skin_joints(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies) {
+  std::vector<Joint> joints;
+  for (const SkinJoint& joint : skin.shape->skin->joints) {
+    const int a = skin.bodies[joint.a], b = skin.bodies[joint.b];
+    std::vector<Vec3> rest;
+    for (const Vec3& x : joint.points) rest.push_back(x - bodies[a].archetype->centre);
+    joints.push_back(make_joint(bodies, a, b, rest));
+  }
+  return joints;
+}
+
+void place_in_skin(const Vec3& origin, const Quat& rotation, const Vec3& velocity, const Vec3& spin,
+                   ReducedBody& body) {
+  const Vec3 arm = rotation * body.archetype->centre;
+  body.position = origin + arm;
+  body.rotation = rotation;
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  body.P = terms.mass * (velocity + spin.cross(arm));
+  body.L = terms.inertia * spin;
+}
+
+}  // namespace archetide

@@ -1,0 +1,51 @@
+#include "runtime/body_state.h"
+
+namespace archetide {
+namespace {
+
+// One value of each body: gathered, written or read, scattered.
+template <class T, class Get>
+void each(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies,
+          const Get& get) {
+  std::vector<T> list;
+  for (ReducedBody& body : bodies) list.push_back(T(get(body)));
+  a.field(name, list);
+  if (list.size() != bodies.size()) a.fail("field " + name + " is of another number of bodies");
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (get(bodies[b]).size() != list[b].size())
+      a.fail("field " + name + " is of another number of modes");
+    get(bodies[b]) = list[b];
+  }
+}
+
+template <class T, class Get>
+void each_item(StateArchive& a, const std::string& name, ContactForces& forces, const Get& get) {
+  std::vector<T> list;
+  for (ContactForce& f : forces) list.push_back(get(f));
+  a.field(name, list);
+  forces.resize(list.size());
+  for (std::size_t n = 0; n < list.size(); ++n) get(forces[n]) = list[n];
+}
+
+}  // namespace
+
+void body_fields(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies) {
+  using Body = ReducedBody;
+  each<Vec3>(a, name + "/position", bodies, [](Body& b) -> Vec3& { return b.position; });
+  each<VecX>(
+      a, name + "/rotation", bodies, [](Body & b) -> auto& { return b.rotation.coeffs(); });
+  each<Vec3>(a, name + "/P", bodies, [](Body& b) -> Vec3& { return b.P; });
+  each<Vec3>(a, name + "/L", bodies, [](Body& b) -> Vec3& { return b.L; });
+  each<VecX>(a, name + "/q", bodies, [](Body& b) -> VecX& { return b.q; });
+  each<VecX>(a, name + "/q_dot", bodies, [](Body& b) -> VecX& { return b.q_dot; });
+}
+
+void contact_fields(StateArchive& a, const std::string& name, ContactForces& forces) {
+  using Force = ContactForce;
+  each_item<int>(a, name + "/a", forces, [](Force& f) -> int& { return f.a; });
+  each_item<int>(a, name + "/b", forces, [](Force& f) -> int& { return f.b; });
+  each_item<int>(a, name + "/sample", forces, [](Force& f) -> int& { return f.sample; });
+  each_item<Vec3>(a, name + "/force", forces, [](Force& f) -> Vec3& { return f.force; });
+}
+
+}  // namespace archetide

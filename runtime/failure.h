@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/input_error.h"
+#include "common/types.h"
+
+namespace archetide {
+
+/// What the numbers broke at, as far as it is known.
+struct Culprit {
+  int body = -1;              // index
+  int mode = -1;              // of that body, from 0
+  std::optional<Vec3i> cell;  // of the water
+
+  /// "body 3, mode 2, cell [4, 5, 6]"; "" when nothing is known.
+  std::string text() const {
+    std::string out;
+    const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
+    if (body >= 0) add("body " + std::to_string(body));
+    if (mode >= 0) add("mode " + std::to_string(mode + 1));
+    if (cell)
+      add("cell [" + std::to_string((*cell)[0]) + ", " + std::to_string((*cell)[1]) + ", " +
+          std::to_string((*cell)[2]) + "]");
+    return out;
+  }
+};
+
+/// A run that cannot or must not go on (exit 3). `what` names the culprit and the time.
+struct SimulationFailure : NumericsError {
+  SimulationFailure(const std::string& quantity_, const std::string& what, double time_,
+                    Culprit culprit_)
+      : NumericsError(what + " at t = " + std::to_string(time_) + " s" +
+                      (culprit_.text().empty() ? "" : " (" + culprit_.text() + ")")),
+        quantity(quantity_),
+        time(time_),
+        culprit(std::move(culprit_)) {}
+
+  std::string quantity;  // "limits.speed", "convergence", "finite", ...
+  double time;           // s
+  Culprit culprit;
+};
+
+}  // namespace archetide

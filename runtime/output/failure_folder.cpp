@@ -1,0 +1,75 @@
+#include "runtime/output/failure_folder.h"
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "runtime/output/body_surface.h"
+#include "runtime/output/ply.h"
+#include "runtime/output/vtp.h"
+#include "runtime/output/water_surface.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string quoted(const std::string& path) {
+  return path.find_first_of(" '\"$&();") == std::string::npos ? path : "'" + path + "'";
+}
+
+std::string replay_command(const FailureSetup& setup, const std::string& folder, bool has_start) {
+  return "archetide-sim run " + quoted(folder + "scene.toml") + " -o " + quoted(folder + "replay") +
+         (has_start ? " --resume " + quoted(folder + "start.h5") : std::string(" --resume never")) +
+         " --replace" + setup.options;
+}
+
+Json to_json(const SimulationFailure& failure, const std::string& body_name,
+             const std::string& replay) {
+  Json j{{"quantity", failure.quantity}, {"what", failure.what()}, {"time", failure.time}};
+  const Culprit& c = failure.culprit;
+  j["body"] = c.body >= 0 ? Json(c.body) : Json();
+  j["body_name"] = c.body >= 0 ? Json(body_name) : Json();
+  j["mode"] = c.mode >= 0 ? Json(c.mode + 1) : Json();
+  j["cell"] = c.cell ? Json::array({(*c.cell)[0], (*c.cell)[1], (*c.cell)[2]}) : Json();
+  j["replay"] = replay;
+  return j;
+}
+
+void write_geometry(const std::string& folder, const SimulationFailure& failure,
+                    const Simulation& simulation) {
+  const int body = failure.culprit.body;
+  if (body >= 0 && simulation.bodies()[body].q.allFinite())
+    write_vtp(folder + "body.vtp", bodies_surface({simulation.bodies()[body]}), failure.time);
+  const SimulationOptions& o = simulation.options();
+  if (o.has_water && o.grid.cells() > 0)
+    write_ply(folder + "surface.ply", water_surface(o.grid, simulation.fluid().phi));
+}
+
+}  // namespace
+
+std::string write_failure(const FailureSetup& setup, const SimulationFailure& failure,
+                          const CheckpointIdentity& identity, const Simulation& simulation,
+                          const VisitState& visit) {
+  const std::string folder =
+      fs::absolute(setup.run_folder).lexically_normal().string() + "/failure/";
+  fs::create_directories(folder);
+  write_file_atomically(folder + "scene.toml", setup.scene_text);
+  const auto start = latest_checkpoint(setup.run_folder);
+  if (start) fs::copy_file(*start, folder + "start.h5", fs::copy_options::overwrite_existing);
+  write_state(folder + "state.h5", identity, visit);
+  write_geometry(folder, failure, simulation);
+
+  const int body = failure.culprit.body;
+  const std::string name = body >= 0 ? setup.body_names[body] : "";
+  const std::string replay = replay_command(setup, folder, start.has_value());
+  const std::string text =
+      std::string(failure.what()) + "\n" +
+      (name.empty() ? "" : "body " + std::to_string(body) + " is " + name + "\n") +
+      "replay: " + replay + "\n";
+  write_file_atomically(folder + "diagnosis.json", to_json(failure, name, replay).dump(2) + "\n");
+  write_file_atomically(folder + "diagnosis.txt", text);
+  return replay;
+}
+
+}  // namespace archetide

@@ -1,0 +1,61 @@
+#include "runtime/scene/add_skins.h"
+
+#include <map>
+
+namespace archetide {
+namespace {
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "\"" : ", \"") + name + "\"";
+  return text;
+}
+
+// The bodies' archetypes must be the skin's parts, in its order.
+void demand_parts(const SkinSpec& spec, const Skin& skin, const BuiltScene& built) {
+  std::string what;
+  if (spec.bodies.size() != skin.parts.size())
+    what = "skin " + skin.name + " has " + std::to_string(skin.parts.size()) + " parts, not " +
+           std::to_string(spec.bodies.size());
+  for (std::size_t p = 0; what.empty() && p < skin.parts.size(); ++p) {
+    const std::string& found = built.bodies[spec.bodies[p]].archetype->name;
+    if (found == skin.parts[p]) continue;
+    what = "part " + std::to_string(p + 1) + " of skin " + skin.name + " is \"" + skin.parts[p] +
+           "\", not \"" + found + "\"";
+  }
+  if (!what.empty())
+    throw InputError({{spec.bodies_where, what, "its parts are " + list_of(skin.parts)}});
+}
+
+}  // namespace
+
+void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& built) {
+  // Instances of one skin over the same archetypes share what binds them.
+  std::map<std::vector<const void*>, std::shared_ptr<const BoundSkin>> bound;
+  for (const SkinSpec& spec : scene.skins) {
+    if (scene.geometry == Geometry::kVoxel)
+      throw InputError({{spec.where, "skins are not possible with coupling.geometry = \"voxel\"",
+                         "use \"cut-cell\""}});
+    const std::shared_ptr<const Skin> skin = library.load_skin(spec.archetype);
+    demand_parts(spec, *skin, built);
+    std::vector<std::shared_ptr<const Archetype>> parts;
+    std::vector<const void*> key = {skin.get()};
+    for (const int b : spec.bodies) {
+      parts.push_back(built.bodies[b].archetype);
+      key.push_back(parts.back().get());
+      if (!spec.parts.empty())
+        place_in_skin(spec.position, spec.rotation, spec.velocity, spec.angular_velocity,
+                      built.bodies[b]);
+    }
+    std::shared_ptr<const BoundSkin>& shape = bound[key];
+    if (!shape) shape = bind_skin(skin, parts);
+    built.skins.push_back({shape, spec.bodies});
+    const std::vector<Joint> joints = skin_joints(built.skins.back(), built.bodies);
+    if (!joints.empty() && scene.scheme == Scheme::kSingle)
+      throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
+                         "use \"newmark\", two solves a step"}});
+    built.joints.insert(built.joints.end(), joints.begin(), joints.end());
+  }
+}
+
+}  // namespace archetide

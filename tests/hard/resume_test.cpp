@@ -1,0 +1,162 @@
+// H31: a run that is stopped and resumed is the run that was not, bit for bit.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "common/input_error.h"
+#include "common/state_file.h"
+#include "runtime/simulation.h"
+#include "tests/support/dry_body.h"
+#include "tests/support/synthetic_archetype.h"
+
+namespace archetide {
+namespace {
+
+class Resume : public ::testing::Test {
+ protected:
+  Resume() : folder_(testing::TempDir() + "resume_" + std::to_string(::getpid()) + "/") {
+    std::filesystem::create_directories(folder_);
+  }
+  ~Resume() override { std::filesystem::remove_all(folder_); }
+
+  std::string save(Simulation& simulation, const std::string& name) const {
+    StateWriter file(folder_ + name, "test", 1);
+    simulation.visit_state(file);
+    file.commit();
+    return folder_ + name;
+  }
+  void load(Simulation& simulation, const std::string& path) const {
+    StateReader file(path, "test", 1, "");
+    simulation.visit_state(file);
+    file.demand_hash();
+  }
+
+  std::string folder_;
+};
+
+struct Case {
+  Scheme scheme = Scheme::kNewmark;
+  bool water = true;
+  bool joint = true;
+};
+
+// Two soft boxes hang together, one beats; a third falls on them, a fourth appears later;
+// particles, markers, an obstacle, an open lid.
+Simulation busy_tank(const Case& c) {
+  SimulationOptions o;
+  if (c.water) {
+    o.grid.nx = o.grid.ny = o.grid.nz = 12;
+    o.grid.dx = 1.0 / 12;
+  }
+  o.has_water = c.water;
+  o.open_side[kZMax] = true;
+  o.particles_per_cell = c.water ? 8 : 0;
+  o.reference_point = Vec3(0, 0, 0.5);
+  o.body_contact = true;
+  o.wall_contact = c.water;
+  o.restitution = 0.2, o.friction = 0.4;
+  o.scheme = c.scheme;
+  o.tolerance = 1e-6;
+  FluidState fluid;
+  if (c.water) {
+    fluid.phi.resize(12, 12, 12);
+    for (int k = 0; k < 12; ++k)
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 12; ++i)
+          fluid.phi(i, j, k) = o.grid.cell_centre(i, j, k)[2] - 0.5 - 0.1 * (i < 5);
+    for (int n = 0; n < 30; ++n) fluid.markers.emplace_back(0.03 * n + 0.03, 0.4, 0.3);
+  }
+  SyntheticOptions soft;
+  soft.r = 3, soft.density = 600.0, soft.first_omega = 30.0, soft.beta = 0.001;
+  const auto box = deformable_archetype(box_tets(Vec3(0.2, 0.2, 0.15), Vec3i(2, 2, 2)), soft);
+  std::vector<ReducedBody> bodies(4, make_body(box.archetype, 3));
+  bodies[0].position = Vec3(0.35, 0.5, 0.5);
+  bodies[1].position = Vec3(0.6, 0.5, 0.5);
+  bodies[2].position = Vec3(0.45, 0.5, 0.72);
+  bodies[2].P = Vec3(0, 0, -1.5 * box.archetype->integrals.mass);
+  bodies[3].position = Vec3(0.5, 0.55, 0.93);
+  TriMesh rock = icosphere(1, 0.12);
+  for (Vec3& x : rock.vertices) x += Vec3(0.25, 0.3, 0.1);
+  std::vector<Joint> joints;
+  if (c.joint)
+    joints.push_back(make_joint(bodies, 0, 1, {Vec3(0.125, 0, 0), Vec3(0.125, 0.05, 0)}));
+  Simulation simulation(o, std::move(fluid), bodies, {rock}, {0.0, 0.0, 0.0, 0.08}, joints);
+  simulation.set_actuators({{0,
+                             std::make_shared<const ActuationPattern>(
+                                 actuation_pattern(*box.archetype, {0, 2, 5, 8, 11}, {}, true)),
+                             30.0, 0.2}});
+  return simulation;
+}
+
+// Returns the number of contacts, of all steps.
+int advance(Simulation& simulation, int steps) {
+  int contacts = 0;
+  for (int i = 0; i < steps; ++i)
+    contacts += simulation.step(std::min(0.005, simulation.stable_dt())).contacts;
+  return contacts;
+}
+
+class ResumeCases : public Resume, public ::testing::WithParamInterface<Case> {};
+
+TEST_P(ResumeCases, IsTheUninterruptedRunBitForBit) {
+  const Case c = GetParam();
+  Simulation straight = busy_tank(c);
+  EXPECT_GT(advance(straight, 45), 0);
+  ASSERT_EQ(straight.bodies().size(), 4u);
+
+  Simulation first = busy_tank(c);
+  advance(first, 15);  // before the last body appears
+  const std::string early = save(first, "early.h5");
+  Simulation second = busy_tank(c);
+  load(second, early);
+  EXPECT_EQ(sha256_of_file(save(second, "again.h5")), sha256_of_file(early));
+  advance(second, 15);
+  Simulation third = busy_tank(c);
+  load(third, save(second, "late.h5"));
+  advance(third, 15);
+
+  EXPECT_EQ(third.time(), straight.time());
+  EXPECT_EQ(sha256_of_file(save(third, "third.h5")), sha256_of_file(save(straight, "straight.h5")));
+  for (int b = 0; b < 4; ++b) {
+    EXPECT_EQ(third.bodies()[b].position, straight.bodies()[b].position);
+    EXPECT_EQ(third.bodies()[b].q, straight.bodies()[b].q);
+    EXPECT_EQ(third.water_impulse(b), straight.water_impulse(b));
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, ResumeCases,
+                         ::testing::Values(Case{}, Case{.scheme = Scheme::kSingle, .joint = false},
+                                           Case{.water = false}));
+
+TEST_F(Resume, DamagedAndForeignStatesAreRefused) {
+  Simulation tank = busy_tank({});
+  advance(tank, 2);
+  const std::string path = save(tank, "a.h5");
+  const auto refusal = [&](const Case& c) -> std::string {
+    Simulation fresh = busy_tank(c);
+    try {
+      load(fresh, path);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal({}), "");
+  EXPECT_NE(refusal({.scheme = Scheme::kSingle, .joint = false}).find("u_last"), std::string::npos);
+
+  // one flipped bit in the middle of the water
+  std::FILE* file = std::fopen(path.c_str(), "r+b");
+  const long middle = static_cast<long>(std::filesystem::file_size(path)) / 2;
+  std::fseek(file, middle, SEEK_SET);
+  const int byte = std::fgetc(file);
+  std::fseek(file, middle, SEEK_SET);
+  std::fputc(byte ^ 1, file);
+  std::fclose(file);
+  EXPECT_NE(refusal({}).find("do not match their hash"), std::string::npos) << refusal({});
+  std::filesystem::resize_file(path, static_cast<std::size_t>(middle));
+  EXPECT_NE(refusal({}), "");
+}
+
+}  // namespace
+}  // namespace archetide

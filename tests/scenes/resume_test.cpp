@@ -1,0 +1,298 @@
+// The program stopped and resumed, and what it leaves behind when the numbers fail.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "common/archetype.h"
+#include "common/byte_stream.h"
+#include "common/sha256.h"
+#include "runtime/output/csv.h"
+#include "tests/support/synthetic_archetype.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kScene = R"(schema = 1
+name = "busy"
+time = { end = 0.5, fps = 12 }
+[fluid]
+grid = [12, 12, 12]
+cell = "1/12"
+water = { level = 0.5 }
+walls = { zmax = "open" }
+particles = { per_cell = 8 }
+[[markers]]
+count = 20
+box = [[0, 0, 0], [1, 1, 0.5]]
+[coupling]
+tolerance = 1e-6
+[[body]]
+name = "left"
+archetype = "soft"
+position = [0.35, 0.5, 0.5]
+[[body]]
+name = "right"
+archetype = "soft"
+position = [0.62, 0.5, 0.5]
+[[scatter]]
+archetype = "soft"
+count = 2
+box = [[0.4, 0.4, 0.75], [0.6, 0.6, 0.85]]
+waves = { count = 2, every = 0.2 }
+[[joint]]
+bodies = ["left", "right"]
+points = [[0.135, 0, 0]]
+[[force]]
+body = "left"
+points = "few"
+amplitude = 20
+period = 0.2
+[contact]
+friction = 0.3
+[output]
+frames = ["surface.ply", "bodies.vtp", "particles.vtp", "markers.vtp"]
+checkpoint = { every_frames = 2, keep = 3 }
+[expect]
+deformation_min = 0.0
+)";
+
+class RunProgram : public ::testing::Test {
+ protected:
+  RunProgram() : folder_(testing::TempDir() + "run_" + std::to_string(::getpid()) + "/") {
+    fs::create_directories(folder_);
+    SyntheticOptions soft;
+    soft.r = 3, soft.density = 600.0, soft.first_omega = 30.0, soft.beta = 0.001;
+    const SyntheticBody box =
+        deformable_archetype(box_tets(Vec3(0.2, 0.2, 0.15), Vec3i(2, 2, 2)), soft);
+    box.archetype->name = "soft";
+    box.archetype->point_sets = {{"few", {0, 2, 5, 8, 11}}};
+    write_archetype(folder_ + "soft.h5", *box.archetype);
+    write_scene(kScene);
+  }
+  ~RunProgram() override { fs::remove_all(folder_); }
+
+  void write_scene(const std::string& text) const {
+    std::ofstream(folder_ + "s.scene.toml") << text;
+  }
+
+  std::vector<std::string> words(const std::string& arguments) const {
+    std::vector<std::string> list = {ARCHETIDE_SIM_BIN,
+                                     "run",
+                                     folder_ + "s.scene.toml",
+                                     "--archetypes",
+                                     folder_,
+                                     "-q",
+                                     "-t",
+                                     "1"};
+    std::istringstream in(arguments);
+    for (std::string word; in >> word;) list.push_back(word);
+    return list;
+  }
+  // Starts the program; its messages go to `err`.
+  pid_t start(const std::vector<std::string>& list, rlim_t file_bytes = RLIM_INFINITY) const {
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    if (!std::freopen((folder_ + "err").c_str(), "w", stderr)) ::_exit(126);
+    if (file_bytes != RLIM_INFINITY) {
+      const rlimit limit{file_bytes, file_bytes};
+      ::signal(SIGXFSZ, SIG_IGN);  // writing fails instead, as on a full disk
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    std::vector<char*> argv;
+    for (const std::string& word : list) argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+  static int wait(pid_t child) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  int run(const std::string& arguments) const { return wait(start(words(arguments))); }
+  std::string err() const { return read_whole_file(folder_ + "err"); }
+  std::string out(const std::string& name) const { return " -o " + folder_ + name; }
+
+  void expect_err(const std::string& part) const {
+    EXPECT_NE(err().find(part), std::string::npos) << "'" << part << "' is not in:\n" << err();
+  }
+
+  // Everything that two runs left: checkpoint, tables (without clocks) and frames.
+  void expect_same_runs(const std::string& a, const std::string& b) const {
+    EXPECT_EQ(sha256_of_file(folder_ + a + "/checkpoint/000006.h5"),
+              sha256_of_file(folder_ + b + "/checkpoint/000006.h5"));
+    EXPECT_EQ(read_whole_file(folder_ + a + "/bodies.csv"),
+              read_whole_file(folder_ + b + "/bodies.csv"));
+    const CsvTable first = read_csv(folder_ + a + "/stats.csv"),
+                   second = read_csv(folder_ + b + "/stats.csv");
+    ASSERT_EQ(first.names, second.names);
+    for (std::size_t c = 0; c < first.names.size(); ++c) {
+      if (!first.names[c].starts_with("seconds")) {
+        EXPECT_EQ(first.columns[c], second.columns[c]) << first.names[c];
+      }
+    }
+    int frames = 0;
+    for (const auto& entry : fs::directory_iterator(folder_ + a + "/frames")) {
+      const std::string name = entry.path().filename().string();
+      EXPECT_EQ(read_whole_file(entry.path().string()),
+                read_whole_file(folder_ + b + "/frames/" + name))
+          << name;
+      ++frames;
+    }
+    EXPECT_EQ(frames, 7 * 4 + 4);
+  }
+
+  std::string folder_;
+};
+
+TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
+  ASSERT_EQ(run(out("straight")), 0) << err();
+  EXPECT_FALSE(fs::exists(folder_ + "straight/checkpoint/000000.h5"));
+  EXPECT_TRUE(fs::exists(folder_ + "straight/checkpoint/000002.h5"));  // keep = 3: 2, 4, 6
+
+  // between two frames, then from there
+  ASSERT_EQ(run(out("until") + " --until 0.21"), 75) << err();
+  EXPECT_FALSE(fs::exists(folder_ + "until/done.stamp"));
+  ASSERT_EQ(run(out("until")), 0) << err();
+  expect_same_runs("straight", "until");
+
+  // by a signal, at whatever step it comes
+  const pid_t child = start(words(out("signal")));
+  while (!fs::exists(folder_ + "signal/frames/bodies.000001.vtp"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  ::kill(child, SIGTERM);
+  ASSERT_EQ(wait(child), 75) << err();
+  ASSERT_EQ(run(out("signal") + " --resume auto --replace"), 0) << err();
+  expect_same_runs("straight", "signal");
+
+  // again from an earlier frame: later rows, frames and the end are cut off
+  ASSERT_EQ(run(out("straight") + " --resume 4"), 0) << err();
+  expect_same_runs("until", "straight");
+
+  // into another folder
+  ASSERT_EQ(run(out("fork") + " --resume " + folder_ + "until/checkpoint/000002.h5"), 0) << err();
+  EXPECT_EQ(read_whole_file(folder_ + "fork/frames/bodies.000006.vtp"),
+            read_whole_file(folder_ + "until/frames/bodies.000006.vtp"));
+  EXPECT_FALSE(fs::exists(folder_ + "fork/frames/bodies.000002.vtp"));
+}
+
+TEST_F(RunProgram, WhatCannotGoOnSaysWhy) {
+  ASSERT_EQ(run(out("a") + " --until 0.2"), 75) << err();
+  const std::string checkpoint = folder_ + "a/checkpoint/000002.h5";
+  EXPECT_EQ(run(out("a") + " --resume never"), 2);
+  expect_err("holds a run already");
+  EXPECT_EQ(run(out("a") + " --resume 5"), 4);
+  expect_err("there are frames 2");
+  EXPECT_EQ(run(out("a") + " --resume backwards"), 2);
+
+  write_scene(std::string(kScene) + "iterations = 99\n");
+  EXPECT_EQ(run(out("a")), 4);
+  expect_err("the scene is not the one of this run");
+  write_scene(kScene);
+
+  const std::string whole = read_whole_file(checkpoint);
+  fs::resize_file(checkpoint, whole.size() / 2);
+  EXPECT_EQ(run(out("a")), 4);
+  expect_err("000002.h5");
+  std::string flipped = whole;
+  flipped[whole.size() / 2] ^= 1;
+  std::ofstream(checkpoint, std::ios::binary) << flipped;
+  EXPECT_EQ(run(out("a")), 4);
+  expect_err("do not match their hash");
+  std::ofstream(checkpoint, std::ios::binary) << "not a checkpoint";
+  EXPECT_EQ(run(out("a")), 4);
+  expect_err("not an HDF5 file");
+  fs::remove(checkpoint);
+  EXPECT_EQ(run(out("a")), 4);
+  expect_err("names no checkpoint that is there");
+
+  // nothing of the run was touched by all that
+  std::ofstream(checkpoint, std::ios::binary) << whole;
+  EXPECT_EQ(run(out("a")), 0) << err();
+}
+
+// The replay command of a failure, run as it stands but for the program's place.
+class FailedRun : public RunProgram {
+ protected:
+  nlohmann::json diagnosis(const std::string& run_folder) const {
+    return nlohmann::json::parse(read_whole_file(folder_ + run_folder + "/failure/diagnosis.json"));
+  }
+  void expect_replay_fails_alike(const std::string& run_folder) const {
+    const nlohmann::json first = diagnosis(run_folder);
+    std::string command = first["replay"];
+    ASSERT_TRUE(command.starts_with("archetide-sim "));
+    command = std::string(ARCHETIDE_SIM_BIN) + command.substr(13) + " -q 2>" + folder_ + "err";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 3) << command << "\n" << err();
+    nlohmann::json again = diagnosis(run_folder + "/failure/replay");
+    again["replay"] = first["replay"];
+    EXPECT_EQ(again.dump(), first.dump());
+  }
+};
+
+TEST_F(FailedRun, AStepThatDoesNotConvergeIsHalvedThenReported) {
+  // H40: one iteration, an impossible tolerance; still water would need none
+  EXPECT_EQ(run(out("a") + " --set coupling.max_iterations=1 --set coupling.tolerance=1e-14"), 3);
+  expect_err("did not converge");
+  const nlohmann::json j = diagnosis("a");
+  EXPECT_EQ(j["quantity"], "convergence");
+  EXPECT_EQ(j["cell"].size(), 3u);
+  EXPECT_TRUE(j["body"].is_number());
+  for (const char* name : {"scene.toml", "state.h5", "body.vtp", "surface.ply", "diagnosis.txt"})
+    EXPECT_TRUE(fs::exists(folder_ + "a/failure/" + name)) << name;
+  EXPECT_FALSE(fs::exists(folder_ + "a/done.stamp"));
+  expect_replay_fails_alike("a");
+}
+
+TEST_F(FailedRun, LimitsNameTheCulpritAndReplayFromTheLastCheckpoint) {
+  EXPECT_EQ(run(out("d") + " --set limits.deformation=1e-3"), 3);
+  expect_err("a body deforms by");
+  const nlohmann::json j = diagnosis("d");
+  EXPECT_EQ(j["quantity"], "limits.deformation");
+  EXPECT_TRUE(j["mode"].is_number() && j["body"].is_number());
+
+  // a speed that is reached some frames after the first checkpoint
+  ASSERT_EQ(run(out("s")), 0) << err();
+  const CsvTable stats = read_csv(folder_ + "s/stats.csv");
+  double early = 0.0, late = 0.0;
+  for (std::size_t n = 0; n < stats.rows(); ++n) {
+    double& fastest = stats.column("t")[n] < 0.18 ? early : late;
+    fastest = std::max(fastest, stats.column("max_speed")[n]);
+  }
+  ASSERT_GT(late, 1.02 * early);
+  const std::string limit = std::to_string(0.5 * (early + late));
+  EXPECT_EQ(run(out("s") +
+                " --replace --set output.checkpoint.every_frames=1 --set limits.speed=" + limit),
+            3);
+  expect_err("water or a body moves at");
+  EXPECT_TRUE(fs::exists(folder_ + "s/failure/start.h5"));
+  expect_replay_fails_alike("s");
+
+  for (const char* small : {"limits.step=0.1", "limits.iterations=1", "limits.volume_drift=1e-9"})
+    EXPECT_EQ(run(out("other") + " --replace --set " + small), 3) << small << err();
+  EXPECT_EQ(run(out("fine") + " --set limits.speed=100 --set limits.energy=0.5 --set "
+                              "limits.step=1e-6 --set limits.iterations=100"),
+            0)
+      << err();
+}
+
+TEST_F(RunProgram, AFullDiskIsExitFive) {
+  const pid_t child = start(words(out("a")), 200000);  // no file above 200 kB
+  EXPECT_EQ(wait(child), 5) << err();
+  EXPECT_FALSE(fs::exists(folder_ + "a/checkpoint/LATEST"));
+  EXPECT_FALSE(fs::exists(folder_ + "a/done.stamp"));
+  for (const auto& entry : fs::recursive_directory_iterator(folder_ + "a"))
+    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+}
+
+}  // namespace
+}  // namespace archetide
