@@ -27,7 +27,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check hard demo bodies runs report list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check hard demo bodies runs report scorecard list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -115,7 +115,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check hard demo bodies list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check hard demo bodies scorecard list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D)
@@ -142,6 +142,35 @@ $(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
 report: | $(ARCHETIDE_SIM)
 	@ls $(OUT)/runs/*/done.stamp >/dev/null 2>&1 || { echo "report: no finished run in $(OUT)/runs" >&2; exit 2; }
 	$(ARCHETIDE_SIM) report $(patsubst %/done.stamp,%,$(wildcard $(OUT)/runs/*/done.stamp)) -o $(OUT)/report.html
+
+# Every figure with a known answer, and what some choices of method cost and give: OUT/scorecard.csv, OUT/bench/ and
+# OUT/scorecard.html. Rows and points that are there, of the same program, are kept. Fails, with the page written, when
+# a row misses its target that is not known to.
+ARCHETIDE_BENCH = $(ARCHETIDE_SIM) bench $(ASSETS)/scenes/tub.scene.toml --archetypes $(ARCHETYPES) -t 1
+ARCHETIDE_BENCH_COARSE = $(ARCHETIDE_BENCH) --until 0.5 --set 'fluid.grid=[24,24,24]' --set fluid.cell=1/24 \
+  --set fluid.particles.per_cell=4
+scorecard: deps
+	$(call archetide_compile,scorecard archetide-precompute archetide-sim)
+	+$(ARCHETIDE_MAKE) $(ARCHETYPES)/torus.h5
+	@mkdir -p $(OUT)/bench
+	@$(BUILD)/bin/scorecard -o $(OUT)/scorecard.csv; status=$$?; [ $$status = 0 ] || [ $$status = 3 ] || exit $$status; \
+	$(ARCHETIDE_BENCH) --until 0.5 --set fluid.particles.per_cell=4 -o $(OUT)/bench/geometry \
+	  --sweep fluid.cell=1/16,1/24,1/32,1/48 --sweep coupling.geometry=cut-cell,voxel \
+	  --reference fluid.cell=1/64 --reference coupling.geometry=cut-cell || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/scheme --set step.cfl=4 \
+	  --sweep step.max=0.0416,0.02,0.01,0.005 --sweep step.scheme=newmark,single \
+	  --reference step.max=0.0025 --reference step.scheme=newmark || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/modes --sweep body.modes=0,1,2,3,5,8 --reference 11 || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/tolerance \
+	  --sweep coupling.tolerance=1e-2,1e-3,1e-4,1e-6,1e-8 --reference 1e-12 || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/particles \
+	  --sweep 'fluid.particles=absent,{per_cell=4},{per_cell=16},{per_cell=64}' || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/contact \
+	  --sweep 'contact=absent,{restitution=0.1,friction=0.4}' || exit $$?; \
+	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv \
+	  $(addprefix $(OUT)/bench/,geometry scheme modes tolerance particles contact) \
+	  -o $(OUT)/scorecard.html || exit $$?; \
+	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 
 # Validates every scene, runs those that are stale; a run that misses its [expect] fails.
 check-scenes: | $(ARCHETIDE_SIM) bodies
@@ -205,6 +234,7 @@ help:
 	@echo '  bodies       all archetypes                       check        install, build, run every fast test'
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
+	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
 	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

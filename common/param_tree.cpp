@@ -182,6 +182,11 @@ ParamNode& child_or_new(ParamNode& table, const std::string& name, const SourceL
   return table.entries.back().second;
 }
 
+// `key=absent` takes the key away, as if the file did not have it.
+bool takes_away(const ParamNode& value) {
+  return value.kind == ParamNode::Kind::kString && value.string == "absent";
+}
+
 void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at,
             const ParamNode& value) {
   const PathStep& step = steps[at];
@@ -189,6 +194,11 @@ void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at
   if (table.kind != ParamNode::Kind::kTable) {
     throw InputError(
         {{value.where, "'" + step.name + "' is set inside a value that is no table", ""}});
+  }
+  if (last && !step.index && takes_away(value)) {
+    const auto named = [&](const auto& entry) { return entry.first == step.name; };
+    if (std::erase_if(table.entries, named) > 0) return;
+    throw InputError({{value.where, "there is no '" + step.name + "' to take away", ""}});
   }
   ParamNode& child = child_or_new(table, step.name, value.where);
   if (step.index) {

@@ -35,7 +35,7 @@ ParamNode parse_param_text(const std::string& text, const std::string& file);
 std::string read_param_file(const std::string& path);
 
 /// One `--set path=value`. In a path, `body[2].modes` is the third [[body]], `body.modes` all of
-/// them. The value is TOML; a bare word is a string.
+/// them. The value is TOML; a bare word is a string; the word `absent` takes the key away.
 void apply_override(ParamNode& root, const std::string& assignment);
 
 /// The tree as TOML text, every number to the last bit.

@@ -7,6 +7,7 @@
 
 #include "common/atomic_file.h"
 #include "common/cli.h"
+#include "runtime/bench/bench.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/failure_folder.h"
@@ -42,6 +43,9 @@ struct Arguments {
   std::vector<std::string> directories;
   bool no_film = false;
   double tolerance = 0.0;
+  // bench
+  std::vector<std::string> sweeps, references;
+  std::string csv;
   // schema
   bool json = false, markdown = false;
 };
@@ -197,6 +201,8 @@ int finish_run(RunEnd end, bool whole, const Expectations& expectations,
     return kExitStopped;
   }
   const bool good = !whole || judge(expectations, writer);
+  for (const ClosedForm& c : expectations.closed_forms())
+    writer.add_closed_form({c.key, c.value, c.exact, c.size});
   const std::string reason = good ? "" : "the run missed what [expect] asks for";
   writer.finish(good ? kExitDone : kExitNumerics, reason, simulation);
   if (!good && a.common.quiet) log_error("error: " + reason);
@@ -223,7 +229,7 @@ RunEvents run_events(const SceneSpec& scene, RunParts& parts, RunWriter& writer,
   RunEvents events;
   events.on_step = [&](const StepReport& report) {
     writer.on_step(report, parts.simulation);
-    parts.expectations.observe(report, parts.simulation.bodies());
+    parts.expectations.observe(report, parts.simulation);
     parts.limits.observe(report, parts.simulation);
   };
   events.on_frame = [&, checkpoint] {
@@ -429,9 +435,23 @@ int diff(const Arguments& a) {
 
 // --- bench, schema ---
 
-int bench(const Arguments&) {
-  throw InputError("not in this version: bench",
-                   "run the scene for each value with run --set key=value");
+int bench(const Arguments& a) {
+  BenchRequest request;
+  request.program = std::filesystem::read_symlink("/proc/self/exe").string();
+  request.scene = a.scene, request.archetypes = a.archetypes;
+  request.overrides = a.overrides, request.sweeps = a.sweeps, request.references = a.references;
+  request.csv = a.csv, request.until = a.until;
+  request.threads = a.common.threads;
+  request.out = a.out.empty() ? "out/bench/" + read_scene(a).name : a.out;
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  const BenchTable table = run_bench(request, interrupted);
+  std::cout << bench_text(table);
+  if (interrupted) return kExitStopped;
+  const bool failed = std::any_of(table.rows.begin(), table.rows.end(),
+                                  [](const BenchRow& row) { return row.failed; });
+  if (failed) log_error("error: a point failed; its row says how");
+  return failed ? kExitNumerics : kExitDone;
 }
 
 int schema(const Arguments& a) {
@@ -450,7 +470,8 @@ struct Verb {
 
 void scene_options(CLI::App& app, Arguments& a) {
   app.add_option("scene", a.scene, "scene file, *.scene.toml")->required()->type_name("SCENE");
-  app.add_option("--set", a.overrides, "override a key of the scene, may be repeated")
+  app.add_option("--set", a.overrides,
+                 "override a key of the scene, may be repeated (key=absent takes it away)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   app.add_option("--archetypes", a.archetypes,
@@ -497,13 +518,36 @@ const std::vector<Verb>& verbs() {
          app.add_option("--size", a.size, "pixels")->type_name("WxH")->capture_default_str();
          app.add_flag("--no-film", a.no_film, "pictures only");
        }},
-      {"report", "one self-contained HTML page about runs", report,
+      {"report", "one self-contained HTML page about runs, sweeps and scorecards", report,
        [](CLI::App& app, Arguments& a) {
-         app.add_option("dirs", a.directories, "run folders")->required()->type_name("DIR");
+         app.add_option("dirs", a.directories,
+                        "run folders, folders of bench, their CSV files, scorecard.csv")
+             ->required()
+             ->type_name("DIR");
          app.add_option("-o,--output", a.out, "the page")->required()->type_name("FILE");
        }},
-      {"bench", "sweep a key (not in this version)", bench,
-       [](CLI::App& app, Arguments&) { app.allow_extras(); }},
+      {"bench", "sweep keys of a scene: error beside CPU seconds of every point", bench,
+       [](CLI::App& app, Arguments& a) {
+         scene_options(app, a);
+         app.add_option("--sweep", a.sweeps,
+                        "values of one key, may be repeated (the product is run); a value with "
+                        "commas stands in [brackets]")
+             ->required()
+             ->type_name("KEY=V1,V2,...")
+             ->allow_extra_args(false);
+         app.add_option("--reference", a.references,
+                        "what errors are measured from: a value of the first key, KEY=VALUE of any "
+                        "swept key (may be repeated), or the folder of a finished run (default: "
+                        "closed forms of [expect], else the last value of every key)")
+             ->type_name("V|KEY=V|DIR")
+             ->allow_extra_args(false);
+         app.add_option("--csv", a.csv, "another copy of the table")->type_name("F");
+         app.add_option("-o,--output", a.out, "folder of the runs (default: out/bench/NAME)")
+             ->type_name("DIR");
+         app.add_option("--until", a.until, "stop every run at this scene time, s")
+             ->check(CLI::PositiveNumber)
+             ->type_name("T");
+       }},
       {"diff", "compare states and statistics of two runs", diff,
        [](CLI::App& app, Arguments& a) {
          app.add_option("dir_a", a.directory, "run folder")->required()->type_name("DIR_A");
@@ -555,7 +599,8 @@ int program(int argc, char** argv) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.purpose);
     verb.options(*sub, a);
     sub->fallthrough(!sub->get_allow_extras())
-        ->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" + footer());
+        ->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" +
+                 (verb.name == "bench" ? bench_help() + exit_code_help() : footer()));
     names.push_back(verb.name);
   }
   for (int n = 0; n < argc; ++n) a.command_line += (n ? " " : "") + std::string(argv[n]);

@@ -45,10 +45,12 @@ void clip_polygon(const ClipPolygon& in, const Distance& distance, ClipPolygon& 
 }
 
 /// Splits the triangle x[0..2] (grid coordinates) along the cell planes and calls visit(cell,
-/// polygon) for each piece. Cells beyond the grid are clamped to the layer just outside ([-1, n]
-/// along each axis), where only the sum of the pieces matters.
+/// polygon) for each piece. One that lies in a cell plane belongs to the cell that it faces: walls
+/// flush with a side of the tank belong outside. Cells beyond the grid are clamped to the layer
+/// just outside ([-1, n] along each axis), where only the sum of the pieces matters.
 template <class Visit>
 void for_each_piece(const Grid& g, const Vec3 x[3], const Visit& visit) {
+  constexpr double kFlush = 1e-9;  // cells: round-off of poses
   int low[3], high[3];
   for (int a = 0; a < 3; ++a) {
     const double lo = std::min({x[0][a], x[1][a], x[2][a]}),
@@ -58,6 +60,13 @@ void for_each_piece(const Grid& g, const Vec3 x[3], const Visit& visit) {
           std::floor(std::min(std::max(s, -1.0), static_cast<double>(g.size(a)))));
     };
     low[a] = cell(lo), high[a] = cell(hi);
+    const double plane = std::round(lo);
+    if (plane - lo < kFlush && std::abs(hi - plane) < kFlush && plane >= 0 && plane <= g.size(a)) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      const Vec3 u = x[1] - x[0], v = x[2] - x[0];
+      const bool down = u[b] * v[c] - u[c] * v[b] < 0.0;  // the normal along a
+      low[a] = high[a] = static_cast<int>(plane) - down;
+    }
   }
   ClipPolygon whole;
   for (int v = 0; v < 3; ++v) whole.add({x[v], Vec3::Unit(v)});

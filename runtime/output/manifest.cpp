@@ -40,6 +40,13 @@ Json bodies_json(const Manifest& m) {
   return list;
 }
 
+Json closed_forms_json(const Manifest& m) {
+  Json list = Json::array();
+  for (const auto& c : m.closed_forms)
+    list.push_back({{"key", c.key}, {"value", c.value}, {"exact", c.exact}, {"size", c.size}});
+  return list;
+}
+
 Json grid_json(const Grid& g) {
   return {{"cells", {g.nx, g.ny, g.nz}}, {"cell", g.dx}, {"origin", to_json(g.origin)}};
 }
@@ -74,6 +81,9 @@ Manifest manifest_from(const Json& j) {
   m.wall_seconds = j.at("wall_seconds"), m.cpu_seconds = j.at("cpu_seconds");
   m.peak_bytes = j.at("peak_bytes");
   m.phase_seconds = j.at("phase_seconds").get<std::map<std::string, double>>();
+  if (j.contains("closed_forms"))
+    for (const Json& c : j.at("closed_forms"))
+      m.closed_forms.push_back({c.at("key"), c.at("value"), c.at("exact"), c.at("size")});
   return m;
 }
 
@@ -146,7 +156,8 @@ void write_manifest(const std::string& path, const Manifest& m) {
                   {"wall_seconds", m.wall_seconds},
                   {"cpu_seconds", m.cpu_seconds},
                   {"peak_bytes", m.peak_bytes},
-                  {"phase_seconds", m.phase_seconds}};
+                  {"phase_seconds", m.phase_seconds},
+                  {"closed_forms", closed_forms_json(m)}};
   write_file_atomically(path, j.dump(2) + '\n');
 }
 

@@ -23,6 +23,12 @@ struct Manifest {
     double bytes = 0.0;    // of the instance, B
   };
 
+  /// What a quantity of [expect] came to, next to its closed form.
+  struct ClosedFormEntry {
+    std::string key;
+    double value = 0.0, exact = 0.0, size = 0.0;  // m; size of the body
+  };
+
   // What ran.
   std::string version, build;  // of the program; compiler and flags
   std::string scene, scene_hash, command_line;
@@ -42,6 +48,7 @@ struct Manifest {
   double worst_volume_drift = 0.0;  // relative to the water after the first step
   double wall_seconds = 0.0, cpu_seconds = 0.0, peak_bytes = 0.0;
   std::map<std::string, double> phase_seconds;
+  std::vector<ClosedFormEntry> closed_forms;
 };
 
 /// Compiler, optimisation and instruction set of this build.

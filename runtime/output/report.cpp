@@ -13,6 +13,7 @@
 #include "runtime/output/csv.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/palette.h"
+#include "runtime/output/report_parts.h"
 #include "runtime/output/run_folder.h"
 #include "runtime/output/svg_chart.h"
 
@@ -43,6 +44,15 @@ table{border-collapse:collapse;background:#fff;margin:10px 0 18px;
 font-variant-numeric:tabular-nums}
 td,th{border:1px solid #dde1e5;padding:4px 10px;text-align:right}
 td:first-child,th:first-child{text-align:left}th{background:#eef1f4;font-weight:600}
+table{font-size:13px}h3{margin:18px 0 2px;font-size:16px}
+tr.miss td{background:#fdecea}tr.front td{background:#eaf4ec}
+tr.about td{text-align:left;background:#f6f8fa;white-space:normal}
+table.score{width:100%}table.score td:nth-child(-n+2){white-space:normal}
+table.score td,table.score th{padding:4px 7px}
+td{white-space:nowrap}
+table.score td:nth-child(2),table.score th:nth-child(2),table.score td:nth-child(7){text-align:left}
+summary{cursor:pointer;color:#2b6ca3;margin:8px 0}
+i.bar{display:inline-block;height:8px;background:#3a8f4d}i.bar.over{background:#c0392b}
 )";
 
 struct Run {
@@ -250,21 +260,47 @@ std::string section(const Run& run) {
   return html + "</div>\n";
 }
 
+// What the paths are: run folders, folders of bench, tables.
+struct Sources {
+  std::vector<Run> runs;
+  std::vector<BenchTable> benches;
+  std::vector<TextTable> scorecards;
+};
+
+Sources read_sources(const std::vector<std::string>& paths) {
+  Sources sources;
+  for (const std::string& path : paths) {
+    if (std::filesystem::exists(path + "/bench.csv")) {
+      sources.benches.push_back(read_bench_csv(path + "/bench.csv"));
+    } else if (path.ends_with(".csv")) {
+      const TextTable table = read_text_csv(path);
+      if (is_scorecard(table))
+        sources.scorecards.push_back(table);
+      else
+        sources.benches.push_back(read_bench_csv(path));
+    } else {
+      sources.runs.push_back(read_run(path));
+    }
+  }
+  return sources;
+}
+
 }  // namespace
 
-void write_report(const std::vector<std::string>& directories, const std::string& html_path) {
-  if (directories.empty()) throw InputError("report: name at least one run folder");
-  std::vector<Run> runs;
-  for (const std::string& directory : directories) runs.push_back(read_run(directory));
-
-  std::string title = "archetide: ";
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    title += (r ? ", " : "") + runs[r].folder.manifest.scene;
+void write_report(const std::vector<std::string>& paths, const std::string& html_path) {
+  if (paths.empty())
+    throw InputError("report: name at least one run folder, bench or scorecard.csv");
+  const Sources sources = read_sources(paths);
+  std::string title = "archetide";
+  for (std::size_t r = 0; r < sources.runs.size(); ++r)
+    title += (r ? ", " : ": ") + sources.runs[r].folder.manifest.scene;
   std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
                      html_text(title) + "</title>\n<style>" + kStyle +
-                     "</style></head>\n<body><main>\n<h1>" + html_text(title) + "</h1>\n" +
-                     overview(runs);
-  for (const Run& run : runs) html += section(run);
+                     "</style></head>\n<body><main>\n<h1>" + html_text(title) + "</h1>\n";
+  for (const TextTable& table : sources.scorecards) html += scorecard_section(table);
+  html += bench_section(sources.benches);
+  if (!sources.runs.empty()) html += "<h2>Runs</h2>\n" + overview(sources.runs);
+  for (const Run& run : sources.runs) html += section(run);
   html += "</main></body></html>\n";
   write_file_atomically(html_path, html);
 }

@@ -274,6 +274,10 @@ void RunWriter::finish(int exit_code, const std::string& reason, const Simulatio
     write_file_atomically(d.folder + "done.stamp", d.manifest.finished + '\n');
 }
 
+void RunWriter::add_closed_form(const Manifest::ClosedFormEntry& entry) {
+  impl_->manifest.closed_forms.push_back(entry);
+}
+
 int RunWriter::frame() const { return impl_->manifest.frames - 1; }
 
 RunProgress RunWriter::progress() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/output/manifest.h"
 #include "runtime/simulation.h"
 
 namespace archetide {
@@ -76,6 +77,8 @@ class RunWriter {
   void on_frame(Simulation& simulation);
   /// Summary and the final manifest; done.stamp only when exit_code is 0. `reason` may be empty.
   void finish(int exit_code, const std::string& reason, const Simulation& simulation);
+  /// Into the manifest of finish().
+  void add_closed_form(const Manifest::ClosedFormEntry& entry);
   /// Number of the frame that was written last, -1: none.
   int frame() const;
   /// How far it is now; the tables are flushed.

@@ -4,36 +4,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "runtime/output/number_text.h"
+#include "runtime/output/svg_parts.h"
 
 namespace archetide {
 namespace {
 
-// Picture units of one chart and of the field that the lines fill.
-constexpr double kWidth = 520, kHeight = 260;
-constexpr double kLeft = 62, kRight = 12, kTop = 34, kBottom = 40;
+using namespace svg;
 constexpr int kMostPoints = 500;  // per line; more would not be seen
-
-struct Range {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-
-  void include(const std::vector<double>& values) {
-    for (double v : values)
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  }
-  // Never empty and never of zero length; a value that only wobbles by round-off stays a flat line.
-  void widen() {
-    if (!(low <= high)) low = 0.0, high = 1.0;
-    const double least = 1e-12 * std::max(std::abs(low), std::abs(high)) + 1e-300;
-    if (high - low < least) {
-      const double half = std::max({least, 0.05 * std::abs(low), 1e-12});
-      low -= half, high += half;
-    }
-  }
-};
 
 // Spacing of about `count` ticks: 1, 2 or 5 times a power of ten.
 double tick_step(const Range& r, int count) {
@@ -49,39 +28,14 @@ std::string tick_text(double value, double step) {
   return text;
 }
 
-double along(const Range& r, double value, double from, double to) {
-  return from + (to - from) * (value - r.low) / (r.high - r.low);
-}
-
-std::string text_at(double x, double y, const char* attributes, const std::string& text) {
-  return "<text x=\"" + fixed_text(x, 1) + "\" y=\"" + fixed_text(y, 1) + "\" " + attributes + ">" +
-         html_text(text) + "</text>\n";
-}
-
-std::string line_at(double x1, double y1, double x2, double y2, const char* css_class) {
-  return "<line x1=\"" + fixed_text(x1, 1) + "\" y1=\"" + fixed_text(y1, 1) + "\" x2=\"" +
-         fixed_text(x2, 1) + "\" y2=\"" + fixed_text(y2, 1) + "\" class=\"" + css_class + "\"/>\n";
-}
-
 std::string axes(const Chart& chart, const Range& rx, const Range& ry) {
   std::string svg;
   const double step_y = tick_step(ry, 5), step_x = tick_step(rx, 6);
-  for (double v = std::ceil(ry.low / step_y) * step_y; v <= ry.high + 1e-9 * step_y; v += step_y) {
-    const double y = along(ry, v, kHeight - kBottom, kTop);
-    svg += line_at(kLeft, y, kWidth - kRight, y, "grid");
-    svg += text_at(kLeft - 6, y + 3.5, "class=\"tick\" text-anchor=\"end\"", tick_text(v, step_y));
-  }
-  for (double v = std::ceil(rx.low / step_x) * step_x; v <= rx.high + 1e-9 * step_x; v += step_x) {
-    const double x = along(rx, v, kLeft, kWidth - kRight);
-    svg += line_at(x, kHeight - kBottom, x, kHeight - kBottom + 4, "axis");
-    svg += text_at(x, kHeight - kBottom + 16, "class=\"tick\" text-anchor=\"middle\"",
-                   tick_text(v, step_x));
-  }
-  svg += line_at(kLeft, kHeight - kBottom, kWidth - kRight, kHeight - kBottom, "axis");
-  svg += text_at(0.5 * (kLeft + kWidth - kRight), kHeight - 6,
-                 "class=\"tick\" text-anchor=\"middle\"", chart.x_label);
-  svg += text_at(kLeft, kTop - 6, "class=\"tick\" text-anchor=\"start\"", chart.y_label);
-  return svg;
+  for (double v = std::ceil(ry.low / step_y) * step_y; v <= ry.high + 1e-9 * step_y; v += step_y)
+    svg += y_tick(y_of(ry, v), tick_text(v, step_y));
+  for (double v = std::ceil(rx.low / step_x) * step_x; v <= rx.high + 1e-9 * step_x; v += step_x)
+    svg += x_tick(x_of(rx, v), tick_text(v, step_x));
+  return svg + labels(chart.x_label, chart.y_label);
 }
 
 // The points of a line, thinned to the lowest and highest of each stretch so that no peak is lost.
@@ -95,8 +49,8 @@ std::string path(const Series& s, const Range& rx, const Range& ry) {
       pen_down = false;
       return;
     }
-    points += (pen_down ? 'L' : 'M') + fixed_text(along(rx, s.x[i], kLeft, kWidth - kRight), 1) +
-              ' ' + fixed_text(along(ry, s.y[i], kHeight - kBottom, kTop), 1);
+    points += (pen_down ? 'L' : 'M') + fixed_text(x_of(rx, s.x[i]), 1) + ' ' +
+              fixed_text(y_of(ry, s.y[i]), 1);
     pen_down = true;
   };
   for (std::size_t i = 0; i < n; i += stretch) {
@@ -111,17 +65,10 @@ std::string path(const Series& s, const Range& rx, const Range& ry) {
          "\" stroke-width=\"1.5\"/>\n";
 }
 
-std::string legend(const Chart& chart) {
-  if (chart.series.size() < 2) return "";
-  std::string html = "<div class=\"legend\">";
-  for (const Series& s : chart.series)
-    html += "<span><i style=\"background:" + s.colour + "\"></i>" + html_text(s.name) + "</span> ";
-  return html + "</div>";
-}
-
-std::string open_svg(double height) {
-  return "<svg viewBox=\"0 0 " + fixed_text(kWidth, 0) + ' ' + fixed_text(height, 0) +
-         "\" role=\"img\">\n";
+std::string legend_of(const Chart& chart) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const Series& s : chart.series) names.emplace_back(s.name, s.colour);
+  return legend(names);
 }
 
 }  // namespace
@@ -133,7 +80,7 @@ std::string svg_chart(const Chart& chart) {
   std::string svg = "<figure class=\"chart\">" + open_svg(kHeight);
   svg += text_at(0, 14, "class=\"title\"", chart.title) + axes(chart, rx, ry);
   for (const Series& s : chart.series) svg += path(s, rx, ry);
-  return svg + "</svg>" + legend(chart) + "</figure>\n";
+  return svg + "</svg>" + legend_of(chart) + "</figure>\n";
 }
 
 std::string svg_bars(const std::string& title, const std::string& unit, std::vector<Bar> bars) {

@@ -356,7 +356,8 @@ ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
     }
     expect.bodies.push_back({b.location(), index, b.number("window"), optional_number(b, "z_min"),
                              optional_number(b, "z_max"), optional_number(b, "speed_min"),
-                             optional_number(b, "speed_max")});
+                             optional_number(b, "speed_max"), optional_number(b, "z"),
+                             optional_number(b, "draft"), optional_number(b, "margin")});
   }
   return expect;
 }

@@ -601,7 +601,22 @@ Keys result_keys() {
            .unit = "m/s",
            .range = at_least(0),
            .fallback = "absent",
-           .meaning = "mean speed of the centre of mass, at most"}};
+           .meaning = "mean speed of the centre of mass, at most"},
+          {.path = "expect.body[].z",
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "closed form of the mean height of the centre of mass: bench compares with "
+                      "it"},
+          {.path = "expect.body[].draft",
+           .unit = "m",
+           .fallback = "absent",
+           .meaning = "closed form of the mean draft, from the body's lowest point up to the level "
+                      "of the calm water: bench compares with it"},
+          {.path = "expect.body[].margin",
+           .unit = "m",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "largest distance from the closed forms; absent = only bench looks at them"}};
 }
 
 void append(Keys& all, const Keys& more) { all.insert(all.end(), more.begin(), more.end()); }

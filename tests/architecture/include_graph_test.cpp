@@ -28,6 +28,8 @@ const Graph& allowed() {
     users.insert("runtime");
     std::set<std::string> main = users;
     main.insert({"runtime/scene", "runtime/output"});
+    const std::set<std::string> bench = main;
+    main.insert("runtime/bench");
     return Graph{{"common", {}},
                  {"assets/generate", {"common"}},
                  {"precompute", {"common"}},
@@ -43,6 +45,7 @@ const Graph& allowed() {
                  {"runtime", method},
                  {"runtime/scene", users},
                  {"runtime/output", users},
+                 {"runtime/bench", bench},
                  {"runtime/main.cpp", main}};
   }();
   return graph;

@@ -4,23 +4,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "runtime/scene/expectations.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/run_loop.h"
 #include "runtime/scene/scene_builder.h"
+#include "tests/support/float_draft.h"
 
 namespace archetide {
 namespace {
-
-// Depth of the lowest point of a sphere of density ratio s under the surface, in radii: the root of
-// h^2 (3 - h) = 4 s.
-double exact_draft(double s) {
-  double low = 0.0, high = 2.0;
-  for (int n = 0; n < 60; ++n) {
-    const double h = 0.5 * (low + high);
-    (h * h * (3.0 - h) < 4.0 * s ? low : high) = h;
-  }
-  return 0.5 * (low + high);
-}
 
 int main_of(int argc, char** argv) {
   if (argc < 3) {
@@ -31,7 +22,6 @@ int main_of(int argc, char** argv) {
   ArchetypeLibrary library(".", argv[2]);
   Simulation simulation = make_simulation(build_scene(scene, library), scene);
   const SimulationOptions& o = simulation.options();
-  const double area = o.grid.nx * o.grid.ny * o.grid.dx * o.grid.dx;
   const std::size_t n = simulation.bodies().size();
 
   // Time means over the last third; the level follows from the volumes of water and of submerged
@@ -46,15 +36,13 @@ int main_of(int argc, char** argv) {
     iterations = std::max({iterations, r.position.iterations, r.velocity.iterations});
     worst_drift = std::max(worst_drift, std::abs(r.water_volume / first_volume - 1.0));
     if (r.t < 2.0 / 3.0 * scene.end_time) return;
-    double submerged = 0.0;
     for (std::size_t b = 0; b < n; ++b) {
       const ReducedBody& body = simulation.bodies()[b];
       const double mass = body.mass_scale * body.archetype->integrals.mass;
-      submerged += std::min(mass / o.water_density, body.archetype->volume);
       height[b] += r.dt * body.position[2];
       last_speed[b] = body.P.norm() / mass;
     }
-    level += r.dt * (o.grid.low()[2] + (r.water_volume + submerged) / area);
+    level += r.dt * calm_level(o, r.water_volume, simulation.bodies());
     weight += r.dt;
   };
   events.on_frame = [] {};

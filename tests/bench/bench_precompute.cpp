@@ -3,8 +3,6 @@
 // Usage: bench_precompute [sphere] [bar] [torus] [bodies] [large] [wet] (nothing: the first three)
 //        bench_precompute one SURFACE.obj ORDER TARGET MODES
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,61 +18,24 @@
 #include "precompute/memory.h"
 #include "precompute/modes.h"
 #include "precompute/tetrahedralize.h"
+#include "tests/support/elastic/elastic_cases.h"
 #include "tests/unit/precompute/shapes.h"
 #include "tests/unit/precompute/wet_sphere.h"
 
 namespace archetide {
 namespace {
 
-/// CPU seconds of this process and of the meshers' own ones, which have ended.
-double cpu_seconds() {
-  double sum = 0.0;
-  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage use;
-    getrusage(who, &use);
-    for (const timeval& t : {use.ru_utime, use.ru_stime})
-      sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
-  }
-  return sum;
-}
-
-/// CPU seconds since the last call.
-double lap() {
-  static double last = cpu_seconds();
-  const double now = cpu_seconds(), before = std::exchange(last, now);
-  return now - before;
-}
-
 double peak_gigabytes() { return 1e-9 * peak_memory(); }
 
-struct Case {
-  std::string name;
-  const TriMesh& surface;
-  int order = 2, target = 1000, count = 10;
-  double poisson = 0.3;
-  std::optional<MassKind> mass = {};
-  StaticLoads loads = {};
-};
-
-Material material_of(const Case& c) { return {1000.0, 1e6, c.poisson}; }
+using Case = ElasticCase;
 
 /// omega of the modes; prints one row up to the error.
 VecX run(const Case& c, TetMesh* mesh_out = nullptr, ModesResult* modes_out = nullptr) {
-  lap();
-  TetrahedralizeOptions options;
-  options.target = c.target;
-  options.order = c.order;
-  TetrahedralizeResult body = tetrahedralize(c.surface, options);
-  move_to_centre_of_mass(body.mesh);
-  const double mesh = lap();
-
-  Profile profile;
-  ModesOptions modes_options;
-  modes_options.count = c.count;
-  modes_options.mass = c.mass;
-  modes_options.loads = c.loads;
-  const ModesResult modes = compute_modes(body.mesh, material_of(c), modes_options, profile);
-  const double total = lap();
+  const ElasticResult result = elastic_modes(c);
+  const TetrahedralizeResult& body = result.body;
+  const ModesResult& modes = result.modes;
+  const Profile& profile = result.profile;
+  const double mesh = result.mesh_cpu, total = result.modes_cpu;
 
   // The profile has wall seconds; scale them to the CPU seconds of the whole.
   double wall = 0.0;
@@ -98,23 +59,14 @@ VecX run(const Case& c, TetMesh* mesh_out = nullptr, ModesResult* modes_out = nu
 
 /// Largest relative deviation in percent of the first `count` from `exact`.
 double percent(const VecX& omega, const VecX& exact, int count) {
-  return 100.0 * (omega.head(count).array() / exact.head(count).array() - 1.0).abs().maxCoeff();
-}
-
-/// Free elastic sphere of radius 1 (Lamb): omega a / c_s of T2 (5), S2 (5), S1 (3), T3 (7).
-VecX lamb(const Material& m) {
-  const bool soft = m.poisson < 0.4;
-  VecX x(20);
-  x << VecX::Constant(5, 2.50113262), VecX::Constant(5, soft ? 2.646217035 : 2.661496174),
-      VecX::Constant(3, soft ? 3.529987301 : 3.797507462), VecX::Constant(7, 3.864699778);
-  return x * std::sqrt(m.young / (2.0 * (1.0 + m.poisson)) / m.density);
+  return 100.0 * worst_deviation(omega, exact, count);
 }
 
 void sphere_rows() {
   const TriMesh surface = shapes::sphere(1.0, 6);
   const auto row = [&](int order, int target, double poisson, std::optional<MassKind> mass = {}) {
     const Case c{"sphere", surface, order, target, 20, poisson, mass};
-    const VecX omega = run(c), exact = lamb(material_of(c));
+    const VecX omega = run(c), exact = lamb_sphere(material_of(c));
     std::printf(" %7.3f %7.3f\n", percent(omega, exact, 10), percent(omega, exact, 20));
   };
   for (const double poisson : {0.3, 0.45}) {
@@ -127,15 +79,11 @@ void sphere_rows() {
 /// Free bar 20 x 1 x 1: Timoshenko's first four bending frequencies, each twice.
 void bar_rows() {
   const TriMesh surface = shapes::box(Vec3(20, 1, 1), 20);
-  const double bending[4] = {0.3200270767, 0.8678313038, 1.662797132, 2.671223514};
-  const int first[4] = {0, 2, 4, 7};  // the torsional mode is the seventh
   for (const auto& [order, target] : std::vector<std::pair<int, int>>{
            {2, 500}, {2, 680}, {2, 850}, {2, 3'000}, {1, 3'000}, {1, 20'000}}) {
-    const Case c{"bar", surface, order, target, 9};
-    const VecX omega = run(c);
-    for (int k = 0; k < 4; ++k)
-      std::printf(" %7.3f",
-                  100.0 * (omega[first[k]] * 20.0 / std::sqrt(1000.0) / bending[k] - 1.0));
+    const Case c{"bar", surface, order, target, kBarModes};
+    for (const double error : bar_bending_errors(run(c), material_of(c)))
+      std::printf(" %7.3f", 100.0 * error);
     std::printf("\n");
   }
 }

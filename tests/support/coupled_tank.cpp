@@ -6,20 +6,20 @@
 
 namespace archetide {
 
-CoupledTank::CoupledTank(int n, double half) {
-  Grid& g = options.grid;
-  g.nx = g.ny = g.nz = n;
-  g.dx = 2.0 * half / n;
-  g.origin = Vec3::Constant(-half);
+CoupledTank::CoupledTank(const Grid& grid) {
+  options.grid = grid;
   options.has_water = true;
   options.hydrostatics.gravity = Vec3::Zero();
   options.solve.tolerance = 1e-12;
-  phi.resize(n, n, n, -1e3);
-  u.resize(g, 0.0);
+  phi.resize(grid.nx, grid.ny, grid.nz, -1e3);
+  u.resize(grid, 0.0);
 }
 
+CoupledTank::CoupledTank(int n, double half)
+    : CoupledTank(Grid{n, n, n, 2.0 * half / n, Vec3::Constant(-half)}) {}
+
 SolveReport CoupledTank::solve(double dt, Stage stage) {
-  Coupling coupling(options, {});
+  Coupling coupling(options, obstacles);
   std::vector<StageBody> stage_bodies;
   for (const ReducedBody& b : bodies)
     stage_bodies.push_back({&b, current_configuration(b), {}, false, {}});

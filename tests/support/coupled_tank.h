@@ -9,12 +9,15 @@ struct CoupledTank {
   CouplingOptions options;
   Array3<double> phi;  // cells; full tank unless changed
   std::vector<ReducedBody> bodies;
+  std::vector<TriMesh> obstacles;
   MacField u;  // u* in, u out
   std::vector<StageResult> results;
   double divergence = 0.0;
 
   /// A cubic tank [-half, half]^3 of n^3 cells, full of water, all sides closed, no gravity.
   CoupledTank(int n, double half);
+  /// The same in this grid.
+  explicit CoupledTank(const Grid& grid);
 
   SolveReport solve(double dt, Stage stage = Stage::kVelocityFull);
 };

@@ -21,12 +21,21 @@ SimulationOptions weightless_box(const Grid& g) {
   return o;
 }
 
-// Runs to `end` in equal steps within the CFL number (`fastest` is the largest speed to come).
-int run_evenly(Simulation& simulation, double end, double step) {
+int most_iterations(const StepReport& r, int before) {
+  return std::max({before, r.position.iterations, r.velocity.iterations});
+}
+
+struct Progress {
+  int steps = 0, iterations = 0;
+};
+// Runs to `end` in equal steps of at most `step`.
+Progress run_evenly(Simulation& simulation, double end, double step) {
   const double left = end - simulation.time();
-  const int steps = static_cast<int>(std::ceil(left / step - 1e-9));
-  for (int n = 0; n < steps; ++n) simulation.step(left / steps);
-  return steps;
+  Progress p;
+  p.steps = static_cast<int>(std::ceil(left / step - 1e-9));
+  for (int n = 0; n < p.steps; ++n)
+    p.iterations = most_iterations(simulation.step(left / p.steps), p.iterations);
+  return p;
 }
 
 double kinetic_energy(const MacField& u) {
@@ -60,7 +69,8 @@ VortexResult taylor_green(int n, double cfl, Scheme scheme) {
   const MacField u0 = start.u;
   Simulation simulation(o, std::move(start), {}, {});
   VortexResult result;
-  result.steps = run_evenly(simulation, 2.0 * M_PI, cfl * o.grid.dx);
+  const Progress progress = run_evenly(simulation, 2.0 * M_PI, cfl * o.grid.dx);
+  result.steps = progress.steps, result.iterations = progress.iterations;
   const MacField& u = simulation.fluid().u;
   result.energy_change = kinetic_energy(u) / kinetic_energy(u0) - 1.0;
   MacField difference = u;
@@ -91,6 +101,46 @@ VecX unsteady_vortices(int n, double cfl) {
       probes[2 * p + a] = interpolate_component(o.grid, simulation.fluid().u, a, x);
   }
   return probes;
+}
+
+double still_tank_speed(int particles) {
+  SimulationOptions o;
+  o.grid = {16, 16, 16, 1.0 / 16, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.particles_per_cell = particles;
+  const double level = 0.53137;
+  Simulation simulation(o, water_to(o.grid, level), {}, {});
+  double fastest = 0.0;
+  for (int n = 0; n < 1000; ++n) fastest = std::max(fastest, simulation.step(0.02).max_speed);
+  return fastest / std::sqrt(9.81 * level);
+}
+
+FrontResult column_collapse(int n, double end) {
+  const double a = 0.05715, dx = a / n;
+  SimulationOptions o;
+  o.grid = {5 * n, 1, 5 * n / 2, dx, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  Simulation simulation(o,
+                        water_where(o.grid,
+                                    [&](const Vec3& x) {
+                                      const double right = x[0] - a, up = x[2] - 2 * a;
+                                      const bool corner = right > 0 && up > 0;
+                                      return corner ? std::hypot(right, up) : std::max(right, up);
+                                    }),
+                        {}, {});
+  FrontResult result;
+  while (simulation.time() < end - 1e-9) {
+    const StepReport r = simulation.step(std::min(simulation.stable_dt(), end - simulation.time()));
+    ++result.steps;
+    result.iterations = most_iterations(r, result.iterations);
+    const Vec3 corner = o.grid.cell_centre(0, 0, 0);
+    result.time.push_back(simulation.time());
+    result.front.push_back(corner[0] + extent(o.grid, simulation.fluid().phi, corner, 0));
+    result.height.push_back(corner[2] + extent(o.grid, simulation.fluid().phi, corner, 2));
+  }
+  return result;
 }
 
 SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
@@ -147,7 +197,8 @@ SloshResult sloshing(int n, double max_dt, int particles) {
   std::vector<double> t{0.0}, a{mode()};
   SloshResult result;
   while (simulation.time() < 3.3 * period) {
-    simulation.step(std::min(simulation.stable_dt(), max_dt));
+    const StepReport r = simulation.step(std::min(simulation.stable_dt(), max_dt));
+    result.iterations = most_iterations(r, result.iterations);
     t.push_back(simulation.time()), a.push_back(mode());
     ++result.steps;
   }
@@ -187,6 +238,7 @@ DropResult elliptic_drop(int n, double cfl, int particles) {
           simulation.step(std::min(simulation.stable_dt(), 1.0 + stop - simulation.time()));
       if (result.steps++ == 0) volume = r.water_volume;
       result.volume_change = r.water_volume / volume - 1.0;
+      result.iterations = most_iterations(r, result.iterations);
     }
     result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 0);
     result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 1);
@@ -218,6 +270,7 @@ DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
           simulation.step(std::min(simulation.stable_dt(), end - simulation.time()));
       if (result.steps++ == 0) volume = r.water_volume;
       result.volume_change = r.water_volume / volume - 1.0;
+      result.iterations = most_iterations(r, result.iterations);
     }
     result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 2);
     result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 0);

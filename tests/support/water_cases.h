@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "runtime/simulation.h"
 
 namespace archetide {
@@ -10,6 +12,7 @@ struct VortexResult {
   double energy_change = 0.0;   // of the kinetic energy, relative
   double velocity_error = 0.0;  // L2, relative to the largest speed
   int steps = 0;
+  int iterations = 0;  // of the worst solve
 };
 /// Taylor-Green cells u = sin x cos y, v = -cos x sin y in a closed box of 2 pi with n^2 cells: a
 /// steady flow of largest speed 1, followed for one turnover (2 pi) at this CFL number.
@@ -24,10 +27,22 @@ struct SloshResult {
   double period = 0.0;  // s
   double decay = 0.0;   // of the amplitude in a period, relative
   int steps = 0;
+  int iterations = 0;  // of the worst solve
 };
 /// First mode of a tank of length L = 1 m, depth 0.5 m, n cells long, amplitude 0.01 m, over
 /// three periods.
 SloshResult sloshing(int n, double max_dt, int particles);
+
+/// Largest speed in 1000 steps of a still tank of 16^3 cells, over sqrt(g h).
+double still_tank_speed(int particles);
+
+struct FrontResult {
+  std::vector<double> time, front, height;  // s, m: foot of the water on the floor; at the wall
+  int steps = 0;
+  int iterations = 0;  // of the worst solve
+};
+/// Collapse of a water column a wide and 2 a high, a = 0.05715 m, n cells across, until t = end.
+FrontResult column_collapse(int n, double end);
 
 struct SteepWavesResult {
   double volume_change = 0.0;  // relative, without volume control
@@ -42,6 +57,7 @@ struct DropResult {
   double long_axis[2], short_axis[2];  // m, at A0 t = 1 and 2 (spheroid: 0.5 and 1)
   double volume_change = 0.0;          // relative
   int steps = 0;
+  int iterations = 0;  // of the worst solve
 };
 /// Circular drop of radius 1 with n cells per radius, u = (x, -y), no gravity.
 DropResult elliptic_drop(int n, double cfl, int particles);

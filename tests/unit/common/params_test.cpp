@@ -241,6 +241,14 @@ TEST(Overrides, ReplaceAddAndReachIntoLists) {
   EXPECT_EQ(root.location("name").file, "--set name");
 }
 
+TEST(Overrides, AbsentTakesAKeyAway) {
+  const std::string text = file_with("name = \"a\"", "[[body]]\nposition = [0, 0, 0]\nmodes = 5\n");
+  EXPECT_FALSE(parse(text, {"name=absent"}).root().has("name"));
+  EXPECT_FALSE(parse(text, {"body.modes=absent"}).root().sections("body")[0].has("modes"));
+  expect_contains(complaints(text, {"nam=absent"}), "there is no 'nam' to take away");
+  expect_contains(complaints(text, {"schema=absent"}), "schema");  // it is required
+}
+
 TEST(Overrides, AreValidatedLikeTheFile) {
   const std::string text = file_with("");
   expect_contains(

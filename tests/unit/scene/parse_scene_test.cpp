@@ -138,6 +138,9 @@ z_min = 0.1
 z_max = 0.4
 speed_min = 0.0
 speed_max = 0.3
+z = 0.25
+draft = 0.5
+margin = 0.01
 )";
 
 TEST(ParseScene, TakesEveryKeyToItsPlace) {
@@ -231,6 +234,9 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.expect.iterations, 30);
   EXPECT_EQ(s.expect.bodies.at(0).z_max, 0.4);
   EXPECT_EQ(s.expect.bodies.at(0).window, 0.5);
+  EXPECT_EQ(s.expect.bodies.at(0).z, 0.25);
+  EXPECT_EQ(s.expect.bodies.at(0).draft, 0.5);
+  EXPECT_EQ(s.expect.bodies.at(0).margin, 0.01);
 }
 
 // Whether a table, or any entry of a list of tables on the way, has the key of this path.

@@ -90,7 +90,7 @@ TEST(Expectations, JudgeTheMeansOverTheWindow) {
   Expectations expectations(spec, 1.0);
   Recorder record;
   RunEvents events = record.events(simulation);
-  events.on_step = [&](const StepReport& r) { expectations.observe(r, simulation.bodies()); };
+  events.on_step = [&](const StepReport& r) { expectations.observe(r, simulation); };
   run_frames(simulation, {.end_time = 1.0, .fps = 10}, events);
   std::vector<std::string> texts;
   for (const ExpectationResult& result : expectations.evaluate()) texts.push_back(result.text);
@@ -114,6 +114,39 @@ TEST(VolumeDrift, IsRelativeToTheFirstStep) {
   EXPECT_EQ(drift.observe(report), 0.0);
   report.water_volume = 1.5;
   EXPECT_EQ(drift.observe(report), -0.25);
+}
+
+TEST(Expectations, DraftIsFromTheLowestPointToTheCalmLevel) {
+  BodySpec spec;
+  spec.modes = 0;
+  spec.position = Vec3(0.5, 0.5, 0.6);
+  const auto archetype = std::make_shared<const Archetype>(tetrahedron_archetype("tetra"));
+  SimulationOptions options;
+  options.grid = {10, 10, 10, 0.1, Vec3::Zero()};
+  options.has_water = true;
+  FluidState water;
+  water.phi.resize(10, 10, 10, 1.0);
+  const Simulation simulation(options, std::move(water), {instantiate(spec, archetype)}, {});
+  StepReport report;
+  report.t = report.dt = 1.0, report.water_volume = 0.3;
+  // 0.3 m^3 of water and 400/1000 of 1/6 m^3 under water on 1 m^2; the lowest corner is 0.25 m
+  // under the centre of mass.
+  const double level = 0.3 + 0.4 / 6.0, draft = level - (0.6 - 0.25);
+  EXPECT_NEAR(calm_level(options, 0.3, simulation.bodies()), level, 1e-12);
+  ExpectSpec expect;
+  BodyExpectation wanted;
+  wanted.window = 1.0, wanted.draft = draft + 0.02, wanted.margin = 0.01;
+  expect.bodies = {wanted};
+  Expectations expectations(expect, 1.0);
+  expectations.observe(report, simulation);
+  const std::vector<ClosedForm> forms = expectations.closed_forms();
+  ASSERT_EQ(forms.size(), 1u);
+  EXPECT_NEAR(forms[0].value, draft, 1e-12);
+  EXPECT_NEAR(forms[0].size, std::cbrt(1.0 / 6.0), 1e-12);
+  const std::vector<ExpectationResult> judged = expectations.evaluate();
+  ASSERT_EQ(judged.size(), 1u);
+  EXPECT_FALSE(judged[0].pass);  // 0.02 off, 0.01 allowed
+  expect_contains(judged[0].text, "draft off its closed form: 0.02");
 }
 
 }  // namespace

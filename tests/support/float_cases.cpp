@@ -1,0 +1,146 @@
+#include "tests/support/float_cases.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/coupled_tank.h"
+#include "tests/support/dry_body.h"
+#include "tests/support/float_draft.h"
+#include "tests/support/synthetic_archetype.h"
+#include "tests/support/water_scene.h"
+
+namespace archetide {
+namespace {
+
+constexpr double kWater = 1000.0;  // kg/m^3
+
+int most_iterations(const StepReport& r, int before) {
+  return std::max({before, r.position.iterations, r.velocity.iterations});
+}
+
+// Height of the water over the floor at (x, y), linear between cell centres, m.
+double water_height(const Grid& g, const Array3<double>& phi, double x, double y) {
+  double height = 0.0, last = interpolate(g, phi, Vec3(x, y, g.low()[2] + 0.5 * g.dx));
+  if (last >= 0.0) return 0.0;
+  for (double s = 0.75 * g.dx; s < g.high()[2] - g.low()[2]; s += 0.25 * g.dx) {
+    const double here = interpolate(g, phi, Vec3(x, y, g.low()[2] + s));
+    if (here >= 0.0) return s - 0.25 * g.dx * here / (here - last);
+    last = here, height = s;
+  }
+  return height;
+}
+
+TriMesh box_between(const Vec3& low, const Vec3& high) {
+  TriMesh mesh = box_surface(high - low, 1);
+  for (Vec3& x : mesh.vertices) x += 0.5 * (low + high);
+  return mesh;
+}
+
+}  // namespace
+
+FloatResult floating_sphere(int cells_per_radius, double ratio, double end) {
+  constexpr double kRadius = 0.2, kLevel = 0.6;  // m
+  SimulationOptions o;
+  const int n = 5 * cells_per_radius;
+  o.grid = {n, n, n, 1.0 / n, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.max_dt = 0.02;
+  const auto sphere = rigid_surface_archetype(volume_true_sphere(4, kRadius), ratio * kWater);
+  ReducedBody body = make_body(sphere, 0);
+  const double draft = exact_draft(ratio);
+  body.position = Vec3(0.503, 0.496, kLevel + kRadius * (1.0 - draft + 0.1));
+  Simulation simulation(o, water_to(o.grid, kLevel), {body}, {});
+  FloatResult result;
+  double seconds = 0.0;
+  while (simulation.time() < end - 1e-9) {
+    const StepReport r = simulation.step(std::min(simulation.stable_dt(), end - simulation.time()));
+    ++result.steps, result.iterations = most_iterations(r, result.iterations);
+    if (r.t < 2.0 / 3.0 * end) continue;
+    const double level = r.water_volume + sphere->integrals.mass / kWater;  // of 1 m^2
+    result.draft += r.dt * (level - simulation.bodies()[0].position[2] + kRadius) / kRadius;
+    seconds += r.dt;
+  }
+  result.draft /= seconds;
+  return result;
+}
+
+TankMomentum closed_tank_momentum(int cells_per_radius) {
+  SimulationOptions o;
+  const int n = 5 * cells_per_radius;
+  o.grid = {n, n, n, 1.0 / n, Vec3::Zero()};
+  o.has_water = true;
+  o.gravity = Vec3::Zero();
+  o.tolerance = 1e-12;
+  const auto sphere = rigid_surface_archetype(volume_true_sphere(4, 0.2), 0.5 * kWater);
+  ReducedBody body = make_body(sphere, 0);
+  body.position = Vec3(0.4, 0.47, 0.45);
+  body.P = sphere->integrals.mass * Vec3(1.0, 0.3, 0.5);
+  Simulation simulation(o, water_to(o.grid, INFINITY), {body}, {});
+  TankMomentum result;
+  for (int step = 0; step < 20; ++step) {
+    const StepReport r = simulation.step(0.5 * o.grid.dx);
+    result.iterations = most_iterations(r, result.iterations);
+    const Vec3 v = simulation.bodies()[0].P / sphere->integrals.mass;
+    const Vec3 displaced = kWater * sphere->volume * v;
+    result.worst = std::max(result.worst, (r.water_momentum + displaced).norm() / displaced.norm());
+  }
+  return result;
+}
+
+double velocity_off_rigid(double first_omega) {
+  SyntheticOptions options;
+  options.density = 0.5 * kWater;
+  options.first_omega = first_omega;
+  const auto blob =
+      deformable_archetype(blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(4, 3, 3)), options);
+  const auto velocity = [&](int modes) -> VecX {
+    CoupledTank tank(20, 0.5);
+    tank.options.hydrostatics.gravity = Vec3(0, 0, -9.81);
+    tank.options.open_side[kZMax] = true;
+    tank.bodies.push_back(make_body(blob.archetype, modes));
+    tank.solve(0.01);
+    return tank.results[0].y.head(6);
+  };
+  const VecX rigid = velocity(0);
+  return (velocity(options.r) - rigid).norm() / rigid.norm();
+}
+
+BoxImpact dam_break_on_box(int n) {
+  SimulationOptions o;
+  const double dx = 3.22 / n;
+  const int across = static_cast<int>(std::lround(1.0 / dx));
+  o.grid = {n, across, across, dx, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  const double middle = 0.5 * across * dx;
+  const TriMesh box =
+      box_between(Vec3(0.6635, middle - 0.2015, -0.05), Vec3(0.8245, middle + 0.2015, 0.161));
+  Simulation simulation(o,
+                        water_where(o.grid,
+                                    [](const Vec3& x) {
+                                      const double left = 1.992 - x[0], up = x[2] - 0.55;
+                                      return left > 0 && up > 0 ? std::hypot(left, up)
+                                                                : std::max(left, up);
+                                    }),
+                        {}, {box});
+  BoxImpact result;
+  double before = 0.0, time_before = 0.0;
+  for (const double stop : {0.4, 0.5}) {
+    while (simulation.time() < stop - 1e-9) {
+      const StepReport r =
+          simulation.step(std::min(simulation.stable_dt(), stop - simulation.time()));
+      ++result.steps, result.iterations = most_iterations(r, result.iterations);
+      const double h2 = water_height(o.grid, simulation.fluid().phi, 0.992, middle);
+      if (result.passes == 0.0 && h2 >= 0.05)
+        result.passes = time_before + (r.t - time_before) * (0.05 - before) / (h2 - before);
+      before = h2, time_before = r.t;
+    }
+    (stop < 0.45 ? result.h4_04 : result.h4_05) =
+        water_height(o.grid, simulation.fluid().phi, 2.638, middle);
+  }
+  result.h2_05 = before;
+  return result;
+}
+
+}  // namespace archetide

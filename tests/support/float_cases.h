@@ -1,0 +1,37 @@
+#pragma once
+
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// Bodies in water whose end state or invariant is known.
+
+struct FloatResult {
+  double draft = 0.0;  // mean over the last third, in radii
+  int steps = 0, iterations = 0;
+};
+/// Sphere of radius 0.2 m, so many cells, in a tank of 1 m x 1 m with 0.6 m of water, let go a
+/// tenth of its radius above its floating height; followed for `end` s.
+FloatResult floating_sphere(int cells_per_radius, double density_ratio, double end);
+
+struct TankMomentum {
+  double worst = 0.0;  // |P_water + rho V v| / (rho V |v|) over the run
+  int iterations = 0;
+};
+/// A sphere of half the water's density thrown through a full, closed, weightless tank: the centre
+/// of the tank's volume stays, so the water carries -rho V v at every instant.
+TankMomentum closed_tank_momentum(int cells_per_radius);
+
+/// A blob of four modes from `first_omega` rad/s up let go under an open top, velocity after one
+/// solve of 0.01 s: its distance from that of the rigid blob, relative.
+double velocity_off_rigid(double first_omega);
+
+struct BoxImpact {
+  double passes = 0.0;                           // H2 reaches 0.05 m, s
+  double h2_05 = 0.0, h4_04 = 0.0, h4_05 = 0.0;  // m
+  int steps = 0, iterations = 0;
+};
+/// Dam break against a box [Kleefsman et al. 2005] with cells of 3.22 m / n, until 0.5 s.
+BoxImpact dam_break_on_box(int n);
+
+}  // namespace archetide
