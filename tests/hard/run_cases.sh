@@ -26,13 +26,14 @@ while IFS='|' read -r name what tests; do
     for t in $tests; do
       filter=${t#*:}
       (cd "$bin/.." && "$bin/${t%%:*}" --gtest_filter="$filter${QUICK:+-Slow*}") >>"$log.part" 2>&1 || result=FAILED
-      grep -q '^\[       OK \]' "$log.part" || result=FAILED   # a filter that no test matches shows nothing
     done
+    # a case whose tests are all slow is left out of a quick run; a filter that no test matches shows nothing
+    grep -q '^\[       OK \]\|^\[  FAILED' "$log.part" || { [ -n "$QUICK" ] && result=slow || result=FAILED; }
     echo "seconds: $(( $(date +%s) - start ))" >>"$log.part"
     echo "result: $result" >>"$log.part"
     mv "$log.part" "$log"
   fi
-  result=$(sed -n 's/^result: //p' "$log"); [ "$result" = passed ] || failed=1
+  result=$(sed -n 's/^result: //p' "$log"); [ "$result" != FAILED ] || failed=1
   figures=$(sed -n 's/^measured: \(.*\) = \(.*\) (at most \(.*\))$/\1 \2 <= \3/p' "$log" | tail -n 3 | paste -sd ';' -)
   row "$name" "$what" "$result" "$(sed -n 's/^seconds: //p' "$log")" "$figures${waits:+ ($waits)}"
 done <"$cases"
