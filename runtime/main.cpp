@@ -245,9 +245,7 @@ int run(const Arguments& a) {
   const SceneSpec scene = read_scene(a);
   ArchetypeLibrary library(scene.directory, a.archetypes);
   BuiltScene built = build_scene(scene, library);
-  CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies);
-  for (const SkinnedBodies& skin : built.skins)
-    identity.archetypes += skin.shape->skin->content_hash + '\n';
+  const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies, built.skins);
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
   const RunStart start = claim_run_folder(a, identity);

@@ -25,7 +25,7 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
   r.body_angular_momentum += body.L + body.position.cross(body.P);
   r.body_kinetic += kinetic_energy(body);
   r.body_elastic += elastic_energy(body);
-  r.potential -= body.mass_scale * body.archetype->integrals.mass * gravity.dot(body.position);
+  r.potential -= body_mass(body) * gravity.dot(body.position);
   r.max_deformation = std::max(r.max_deformation, deformation(body));
 }
 

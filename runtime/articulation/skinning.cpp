@@ -57,6 +57,13 @@ std::shared_ptr<const BoundSkin> bind_skin(
   return bound;
 }
 
+std::vector<char> skinned_bodies(std::size_t count, const std::vector<SkinnedBodies>& skins) {
+  std::vector<char> skinned(count, 0);
+  for (const SkinnedBodies& skin : skins)
+    for (const int b : skin.bodies) skinned[b] = 1;
+  return skinned;
+}
+
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms) {
   const Mat3 R = body.rotation.toRotationMatrix();
   const VecX u = body.r > 0 ? VecX(share.modes.leftCols(body.r) * body.q)

@@ -34,6 +34,9 @@ struct SkinnedBodies {
   std::vector<int> bodies;  // of each part
 };
 
+/// Of each of `count` bodies, whether it is under a skin.
+std::vector<char> skinned_bodies(std::size_t count, const std::vector<SkinnedBodies>& skins);
+
 /// R_b (X_b + S_b q_b) of the m vertices that a part moves: moment arms about its centre of mass,
 /// m.
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms);

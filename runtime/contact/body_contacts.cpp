@@ -62,15 +62,16 @@ std::vector<std::vector<std::size_t>> by_pair(const std::vector<BodyContact>& co
 /// back would press without bound, and friction with it hold the body in its place.
 void share_pinches(std::vector<BodyContact>& contacts) {
   constexpr double kFacing = -0.7;  // cosine of the normals of two sides
-  const std::vector<BodyContact> all = contacts;
-  for (BodyContact& c : contacts) {
-    if (c.b >= 0 || c.gap >= 0.0) continue;
-    double opposed = 0.0;
-    for (const BodyContact& d : all)
-      if (d.a == c.a && d.b < 0 && d.normal.dot(c.normal) < kFacing)
-        opposed = std::min(opposed, d.gap);
-    c.gap = std::min(0.0, 0.5 * (c.gap - opposed));
-  }
+  std::vector<BodyContact*> overlaps;
+  for (BodyContact& c : contacts)
+    if (c.b < 0 && c.gap < 0.0) overlaps.push_back(&c);
+  std::vector<double> opposed(overlaps.size(), 0.0);  // gap of the deepest one that faces it, m
+  for (std::size_t k = 0; k < overlaps.size(); ++k)
+    for (const BodyContact* d : overlaps)
+      if (d->a == overlaps[k]->a && d->normal.dot(overlaps[k]->normal) < kFacing)
+        opposed[k] = std::min(opposed[k], d->gap);
+  for (std::size_t k = 0; k < overlaps.size(); ++k)
+    overlaps[k]->gap = std::min(0.0, 0.5 * (overlaps[k]->gap - opposed[k]));
 }
 
 }  // namespace

@@ -26,18 +26,8 @@ BodySurface body_surface(const ReducedBody& body, ModalMass mass) {
 DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
                               const std::vector<Vec3i>& triangles, SolidFractions& fractions) {
   const CellBox box = cell_box(g, points);
-  const std::vector<double> kappa = mean_curvature(points, triangles);
-  std::vector<CellMoments> moments(box.count());
-  for (const Vec3i& t : triangles) {
-    const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
-                       to_grid(g, points[t[2]])};
-    const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
-    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
-      const Vec3 w = centroid_weights(piece);
-      const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      moments[box.index(cell)].add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
-    });
-  }
+  std::vector<CellMoments> moments =
+      cell_moments(g, box, points, triangles, mean_curvature(points, triangles));
   return sweep_surface(g, box, moments, fractions);
 }
 

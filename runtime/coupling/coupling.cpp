@@ -56,9 +56,7 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   voxels_.clear();
   faces_.resize(bodies.size());
   fluxes_.assign(bodies.size(), {});
-  skinned_.assign(bodies.size(), 0);
-  for (const SkinnedBodies& skin : skins_)
-    for (const int b : skin.bodies) skinned_[b] = 1;
+  skinned_ = skinned_bodies(bodies.size(), skins_);
   for (const StageBody& b : bodies) {
     surfaces_.push_back(body_surface(*b.body, options_.modal.mass));
     const std::size_t n = surfaces_.size() - 1;
@@ -111,8 +109,7 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   const ReducedBody& body = *in.body;
   const double h = stage_seconds(stage, dt);
   VecX weight = VecX::Zero(body.dofs());
-  weight.head<3>() =
-      body.mass_scale * body.archetype->integrals.mass * options_.hydrostatics.gravity;
+  weight.head<3>() = body_mass(body) * options_.hydrostatics.gravity;
   VecX force = weight + hydro;
   if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/coupling/clip.h"
+
 namespace archetide {
 namespace {
 
@@ -47,6 +49,26 @@ void CellMoments::add(const Vec3& a, double x, double kappa) {
   size += a.norm();
   moment_x += a[0] * x;
   curvature += a.norm() * kappa;
+}
+
+std::vector<CellMoments> cell_moments(const Grid& g, const CellBox& box,
+                                      const std::vector<Vec3>& points,
+                                      const std::vector<Vec3i>& triangles,
+                                      const std::vector<double>& curvature) {
+  std::vector<CellMoments> moments(box.count());
+  for (const Vec3i& t : triangles) {
+    Vec3 x[3], bend;
+    for (int v = 0; v < 3; ++v) {
+      x[v] = (points[t[v]] - g.origin) / g.dx;
+      bend[v] = g.dx * curvature[t[v]];
+    }
+    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
+      const Vec3 w = centroid_weights(piece);
+      const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
+      moments[box.index(cell)].add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
+    });
+  }
+  return moments;
 }
 
 std::vector<double> mean_curvature(const std::vector<Vec3>& points,

@@ -31,6 +31,12 @@ struct CellMoments {
   void add(const Vec3& a, double x, double kappa);
 };
 
+/// What a surface leaves in each cell of its box; `curvature`: of its vertices, 1/m.
+std::vector<CellMoments> cell_moments(const Grid& g, const CellBox& box,
+                                      const std::vector<Vec3>& points,
+                                      const std::vector<Vec3i>& triangles,
+                                      const std::vector<double>& curvature);
+
 /// Mean curvature at the vertices of a closed outward surface, positive where it is convex, 1/m:
 /// grad (area) / 2 along the normal, per area of the vertex.
 std::vector<double> mean_curvature(const std::vector<Vec3>& points,

@@ -22,9 +22,7 @@ SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies,
                            const std::vector<SkinnedBodies>& skins) {
   SurfaceMesh all;
   TriMesh surface;
-  std::vector<char> skinned(bodies.size(), 0);
-  for (const SkinnedBodies& skin : skins)
-    for (const int b : skin.bodies) skinned[b] = 1;
+  const std::vector<char> skinned = skinned_bodies(bodies.size(), skins);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (skinned[b]) continue;
     surface_points(bodies[b], surface.vertices);

@@ -59,9 +59,12 @@ std::string advice_for(const std::string& path) {
 }  // namespace
 
 CheckpointIdentity checkpoint_identity(const std::string& scene_text,
-                                       const std::vector<ReducedBody>& bodies) {
+                                       const std::vector<ReducedBody>& bodies,
+                                       const std::vector<SkinnedBodies>& skins) {
   CheckpointIdentity identity{sha256_hex(scene_text), ""};
   for (const ReducedBody& body : bodies) identity.archetypes += body.archetype->content_hash + '\n';
+  for (const SkinnedBodies& skin : skins)
+    identity.archetypes += skin.shape->skin->content_hash + '\n';
   return identity;
 }
 

@@ -5,17 +5,18 @@
 #include <string>
 
 #include "common/state_file.h"
-#include "runtime/solid/reduced_body.h"
+#include "runtime/articulation/skinning.h"
 
 namespace archetide {
 
 /// What a checkpoint belongs to.
 struct CheckpointIdentity {
   std::string scene_hash;  // SHA-256 of scene.toml
-  std::string archetypes;  // content hashes, one of each body, joined
+  std::string archetypes;  // content hashes, one of each body, then of each skin, joined
 };
 CheckpointIdentity checkpoint_identity(const std::string& scene_text,
-                                       const std::vector<ReducedBody>& bodies);
+                                       const std::vector<ReducedBody>& bodies,
+                                       const std::vector<SkinnedBodies>& skins = {});
 
 /// Lists everything that a run is made of, for both directions.
 using VisitState = std::function<void(StateArchive&)>;

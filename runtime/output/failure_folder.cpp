@@ -14,8 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+// One word of a shell command.
 std::string quoted(const std::string& path) {
-  return path.find_first_of(" '\"$&();") == std::string::npos ? path : "'" + path + "'";
+  if (path.find_first_of(" '\"$&();") == std::string::npos) return path;
+  std::string word = "'";
+  for (const char c : path) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
 }
 
 std::string replay_command(const FailureSetup& setup, const std::string& folder, bool has_start) {

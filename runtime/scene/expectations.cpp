@@ -36,8 +36,7 @@ double calm_level(const SimulationOptions& options, double water_volume,
   const Grid& g = options.grid;
   double submerged = 0.0;  // m^3
   for (const ReducedBody& body : bodies) {
-    const double mass = body.mass_scale * body.archetype->integrals.mass;
-    submerged += std::min(mass / options.water_density, body.archetype->volume);
+    submerged += std::min(body_mass(body) / options.water_density, body.archetype->volume);
   }
   return g.low()[2] + (water_volume + submerged) / (g.nx * g.ny * g.dx * g.dx);
 }

@@ -28,9 +28,20 @@ std::string text_of(const T& x) {
 // Mass of water and bodies, kg.
 double total_mass(const StepReport& report, const Simulation& simulation) {
   double mass = simulation.options().water_density * report.water_volume;
-  for (const ReducedBody& b : simulation.bodies())
-    mass += b.mass_scale * b.archetype->integrals.mass;
+  for (const ReducedBody& b : simulation.bodies()) mass += body_mass(b);
   return mass;
+}
+
+// The body with the largest of(body) > 0, or -1; `largest` becomes that.
+template <class Of>
+int body_with_most(const Simulation& simulation, const Of& of, double& largest) {
+  int found = -1;
+  const auto& bodies = simulation.bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const double value = of(bodies[b]);
+    if (value > largest) largest = value, found = static_cast<int>(b);
+  }
+  return found;
 }
 
 }  // namespace
@@ -38,11 +49,7 @@ double total_mass(const StepReport& report, const Simulation& simulation) {
 Culprit fastest(const Simulation& simulation) {
   Culprit culprit;
   double largest = 0.0;
-  const auto& bodies = simulation.bodies();
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const double speed = largest_surface_speed(bodies[b]);
-    if (speed > largest) largest = speed, culprit.body = static_cast<int>(b);
-  }
+  culprit.body = body_with_most(simulation, largest_surface_speed, largest);
   const Grid& g = simulation.options().grid;
   for (int a = 0; a < 3 && simulation.options().has_water; ++a) {
     const Array3<double>& u = simulation.fluid().u[a];
@@ -61,13 +68,9 @@ Culprit fastest(const Simulation& simulation) {
 Culprit most_deformed(const Simulation& simulation) {
   Culprit culprit;
   double largest = 0.0;
-  const auto& bodies = simulation.bodies();
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const double d = deformation(bodies[b]);
-    if (d > largest) largest = d, culprit.body = static_cast<int>(b);
-  }
+  culprit.body = body_with_most(simulation, deformation, largest);
   if (culprit.body < 0) return culprit;
-  const ReducedBody& body = bodies[culprit.body];
+  const ReducedBody& body = simulation.bodies()[culprit.body];
   largest = 0.0;
   for (int i = 0; i < body.r; ++i) {
     const double d =

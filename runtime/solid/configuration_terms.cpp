@@ -31,7 +31,7 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
   ARCHETIDE_CHECK_OP(c.q.size(), ==, body.r);
   ConfigurationTerms t;
   t.moments = deformed_moments(body, c.q);
-  t.mass = body.mass_scale * body.archetype->integrals.mass;
+  t.mass = body_mass(body);
 
   // I(q) = tr(Syy) 1 − Syy, turned to the world
   const Mat3 R = c.rotation.toRotationMatrix();

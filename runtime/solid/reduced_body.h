@@ -45,6 +45,11 @@ struct Configuration {
       Vec3::Zero();  // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
 };
 
+/// Mass of one instance, kg.
+inline double body_mass(const ReducedBody& body) {
+  return body.mass_scale * body.archetype->integrals.mass;
+}
+
 /// Where the body is now.
 Configuration current_configuration(const ReducedBody& body);
 

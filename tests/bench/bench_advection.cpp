@@ -15,7 +15,7 @@
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/redistance.h"
 #include "runtime/fluid/surface.h"
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide::test {
 namespace {

@@ -38,9 +38,8 @@ int main_of(int argc, char** argv) {
     if (r.t < 2.0 / 3.0 * scene.end_time) return;
     for (std::size_t b = 0; b < n; ++b) {
       const ReducedBody& body = simulation.bodies()[b];
-      const double mass = body.mass_scale * body.archetype->integrals.mass;
       height[b] += r.dt * body.position[2];
-      last_speed[b] = body.P.norm() / mass;
+      last_speed[b] = body.P.norm() / body_mass(body);
     }
     level += r.dt * calm_level(o, r.water_volume, simulation.bodies());
     weight += r.dt;
@@ -57,8 +56,7 @@ int main_of(int argc, char** argv) {
   for (std::size_t b = 0; b < n; ++b) {
     const ReducedBody& body = simulation.bodies()[b];
     const double a = std::cbrt(body.archetype->volume / (4.0 / 3.0 * M_PI));
-    const double ratio =
-        body.mass_scale * body.archetype->integrals.mass / body.archetype->volume / o.water_density;
+    const double ratio = body_mass(body) / body.archetype->volume / o.water_density;
     const double z = height[b] / weight, draft = (level - (z - a)) / a;
     if (ratio < 0.999)
       std::printf("%4zu %7.3f %10.4f %9.4f %8.4f %+12.2f %14.2e\n", b, ratio, z, draft,

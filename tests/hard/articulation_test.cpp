@@ -120,8 +120,7 @@ void expect_to_lie(bool water, bool between, double seconds) {
     }
   }
   double speed = 0.0;
-  for (const ReducedBody& b : s.bodies())
-    speed = std::max(speed, b.P.norm() / (b.mass_scale * b.archetype->integrals.mass));
+  for (const ReducedBody& b : s.bodies()) speed = std::max(speed, b.P.norm() / body_mass(b));
   std::printf(
       "%s, %s: gap %.1e, lowest point %.1e m, speed at the end %.1e m/s, energy at most %+.1e "
       "J, %d contacts\n",

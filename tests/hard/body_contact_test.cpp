@@ -121,16 +121,14 @@ Rest stay(Simulation& s, double settle, double seconds, double dt, double size) 
   while (s.time() < settle) s.step(std::min(dt, s.stable_dt()));
   const std::vector<ReducedBody> start = s.bodies();
   double weight = 0.0;
-  for (const ReducedBody& b : start)
-    weight += b.mass_scale * b.archetype->integrals.mass * kGravity * size;
+  for (const ReducedBody& b : start) weight += body_mass(b) * kGravity * size;
   double energy = INFINITY;
   Rest rest;
   while (s.time() < settle + seconds) {
     const StepReport r = s.step(std::min(dt, s.stable_dt()));
     double now =
         r.body_kinetic + r.body_elastic;  // of the bodies; r.potential counts the water too
-    for (const ReducedBody& b : s.bodies())
-      now += b.mass_scale * b.archetype->integrals.mass * kGravity * b.position.z();
+    for (const ReducedBody& b : s.bodies()) now += body_mass(b) * kGravity * b.position.z();
     if (energy == INFINITY) energy = now;
     rest.growth = std::max(rest.growth, (now - energy) / weight);
     rest.kinetic = r.body_kinetic / weight;

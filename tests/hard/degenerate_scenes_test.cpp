@@ -1,13 +1,5 @@
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "common/input_error.h"
-#include "runtime/simulation.h"
-#include "tests/support/coupled_tank.h"
-#include "tests/support/dry_body.h"
-#include "tests/support/synthetic_archetype.h"
-#include "tests/support/water_scene.h"
+#include "tests/hard/hard_case.h"
 
 namespace archetide {
 namespace {
@@ -32,12 +24,9 @@ ReducedBody soft_body(const Vec3& position) {
 void run(Simulation& simulation, int steps = 20) {
   for (int n = 0; n < steps; ++n) {
     const StepReport r = simulation.step(std::min(0.01, simulation.stable_dt()));
-    ASSERT_TRUE(std::isfinite(r.water_kinetic + r.body_kinetic + r.body_elastic + r.water_volume));
+    ASSERT_NO_FATAL_FAILURE(expect_finite(r));
   }
-  for (const ReducedBody& b : simulation.bodies()) {
-    EXPECT_TRUE(b.position.allFinite() && b.q.allFinite());
-    EXPECT_NEAR(b.rotation.norm(), 1.0, 1e-12);
-  }
+  expect_sound(simulation.bodies());
 }
 
 TEST(DegenerateScenes, NothingAtAllSteps) {

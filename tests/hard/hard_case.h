@@ -47,15 +47,7 @@ inline double stand_on_a_face(ReducedBody& body) {
   return normal.dot(a);
 }
 
-inline ReducedBody rigid_box(const Vec3& lengths, double density, const Vec3& position) {
-  ReducedBody body = make_body(rigid_surface_archetype(box_surface(lengths, 1), density), 0);
-  body.position = position;
-  return body;
-}
-
-inline double mass_of(const ReducedBody& b) { return b.mass_scale * b.archetype->integrals.mass; }
-
-inline Vec3 velocity_of(const ReducedBody& b) { return b.P / mass_of(b); }
+inline Vec3 velocity_of(const ReducedBody& b) { return b.P / body_mass(b); }
 
 /// A closed box as an obstacle, outward.
 inline TriMesh block(const Vec3& low, const Vec3& high) {
@@ -64,19 +56,27 @@ inline TriMesh block(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
+/// Demands numbers of a step, and bodies after it.
+inline void expect_finite(const StepReport& r) {
+  ASSERT_TRUE(std::isfinite(r.water_kinetic + r.body_kinetic + r.body_elastic + r.water_volume));
+}
+inline void expect_sound(const std::vector<ReducedBody>& bodies) {
+  for (const ReducedBody& b : bodies) {
+    EXPECT_TRUE(b.position.allFinite() && b.q.allFinite());
+    EXPECT_NEAR(b.rotation.norm(), 1.0, 1e-12);
+  }
+}
+
 /// Steps of at most `dt` until `end`, every state finite.
 inline void run_to(Simulation& simulation, double end, double dt,
                    const std::function<void(const StepReport&)>& look = {}) {
   while (simulation.time() < end * (1.0 - 1e-9)) {
     const double left = end - simulation.time();
     const StepReport r = simulation.step(std::min({dt, left, simulation.stable_dt()}));
-    ASSERT_TRUE(std::isfinite(r.water_kinetic + r.body_kinetic + r.body_elastic + r.water_volume));
+    ASSERT_NO_FATAL_FAILURE(expect_finite(r));
     if (look) look(r);
   }
-  for (const ReducedBody& b : simulation.bodies()) {
-    EXPECT_TRUE(b.position.allFinite() && b.q.allFinite());
-    EXPECT_NEAR(b.rotation.norm(), 1.0, 1e-12);
-  }
+  expect_sound(simulation.bodies());
 }
 
 }  // namespace archetide

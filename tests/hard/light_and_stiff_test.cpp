@@ -75,7 +75,7 @@ TEST(H02Stiffness, EnergyFallsAndTheLimitIsTheRigidBody) {
     SimulationOptions o = unit_tank(16);
     o.open_side[kZMax] = false;
     o.gravity.setZero();  // what is left is the energy of the start
-    body.P = Vec3(0.3, 0.1, 0.5) * mass_of(body);
+    body.P = Vec3(0.3, 0.1, 0.5) * body_mass(body);
     body.L = Vec3(0.02, -0.01, 0.03);
     o.tolerance = 1e-12;
     Simulation s(o, water_to(o.grid, INFINITY), {body}, {});
@@ -108,7 +108,7 @@ TEST(H10ClosedTank, SolverConvergesFarAndPressureHasNoMean) {
   CoupledTank tank(16, 2.0);
   tank.options.solve.tolerance = 1e-12;
   tank.bodies.push_back(rigid_ball(1.0, 1000.0, Vec3::Zero()));
-  tank.bodies[0].P = Vec3(0, 0, mass_of(tank.bodies[0]));
+  tank.bodies[0].P = Vec3(0, 0, body_mass(tank.bodies[0]));
   const SolveReport r = tank.solve(0.01);
   EXPECT_TRUE(r.converged);
   expect_at_most("relative residual", r.residual, 1e-10);

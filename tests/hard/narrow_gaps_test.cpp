@@ -45,7 +45,7 @@ TEST(H06NarrowGap, BallsThatApproachUnderWaterDoNotStickOrPassThrough) {
     o.open_side[kZMax] = false;
     ReducedBody left = rigid_ball(a, 1000.0, Vec3(0.5 - a - 0.5 * gap * dx, 0.51, 0.49));
     ReducedBody right = rigid_ball(a, 1000.0, Vec3(0.5 + a + 0.5 * gap * dx, 0.51, 0.49));
-    left.P = mass_of(left) * Vec3(0.05, 0, 0);
+    left.P = body_mass(left) * Vec3(0.05, 0, 0);
     right.P = -left.P;
     Simulation s(o, water_to(o.grid, INFINITY), {left, right}, {});
     double closest = INFINITY, fastest = 0.0;

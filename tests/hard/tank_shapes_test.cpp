@@ -3,7 +3,7 @@
 #include <omp.h>
 
 #include "tests/hard/hard_case.h"
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide {
 namespace {
@@ -155,7 +155,7 @@ TEST(H11ComeAndGo, BodyAppearsInAFullTankAndAnotherLeavesThroughTheTop) {
 
   o.open_side[kZMax] = true;
   ReducedBody rising = rigid_ball(0.15, 500.0, Vec3(0.5, 0.5, 0.6));
-  rising.P = mass_of(rising) * Vec3(0, 0, 10.0);
+  rising.P = body_mass(rising) * Vec3(0, 0, 10.0);
   Simulation open(o, water_to(o.grid, INFINITY), {rising}, {});
   run_to(open, 0.5, 0.02);
   EXPECT_GT(open.bodies()[0].position[2], 1.15);
@@ -203,7 +203,7 @@ TEST(H14OutsideTheTank, BodyLeavesAtTenMetresASecond) {
   for (const Vec3& v : {Vec3(10, 0, 0), Vec3(0, -10, 0), Vec3(0, 0, 10), Vec3(0, 0, -10)}) {
     ReducedBody b = make_body(random_archetype(3, 4).archetype, 4);
     b.position = Vec3(0.5, 0.5, 0.5);
-    b.P = mass_of(b) * v;
+    b.P = body_mass(b) * v;
     Simulation s(o, water_to(o.grid, 0.5), {b}, {});
     run_to(s, 0.3, 0.02);
     EXPECT_FALSE((s.bodies()[0].position.array() > 0.0).all() &&

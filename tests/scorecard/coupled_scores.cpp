@@ -52,14 +52,12 @@ std::vector<ScoreRow> stiff() {
   std::vector<ScoreRow> rows;
   for (const double omega : {1e3, 1e5, 1e7})
     rows.push_back(timed([&] {
-      char resolution[48];
-      std::snprintf(resolution, sizeof resolution, "first frequency %g rad/s", omega);
       // M_hat = M + dt^2/4 K: the modes take part with 4 / (omega dt)^2 of their mass, and the
       // water that they move weighs some ten times that (half the density, large quadratic
       // fields).
       const double x = 0.01 * omega;
-      return score("velocity off the rigid body", resolution, velocity_off_rigid(omega), 0.0,
-                   std::max(40.0 / (x * x), 1e-11));
+      return score("velocity off the rigid body", at_first_frequency(omega),
+                   velocity_off_rigid(omega), 0.0, std::max(40.0 / (x * x), 1e-11));
     }));
   fill_orders(rows, 100.0);
   return rows;

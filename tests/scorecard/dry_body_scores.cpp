@@ -50,13 +50,11 @@ std::vector<ScoreRow> stiff() {
   std::vector<ScoreRow> rows;
   for (const double omega : {1e2, 1e4, 1e6})
     rows.push_back(timed([&] {
-      char resolution[48];
-      std::snprintf(resolution, sizeof resolution, "first frequency %g rad/s", omega);
       // The stretch is (spin / omega)^2 of the size, the inertia changes by twice that, and so does
       // the angle of the 11 rad that the body turns in 5 s.
       const double target = 2.0 * 11.0 * std::pow(2.2 / omega, 2);
-      return score("angle off the rigid body, rad", resolution, angle_off_rigid(omega), 0.0,
-                   std::max(target, 1e-9));
+      return score("angle off the rigid body, rad", at_first_frequency(omega),
+                   angle_off_rigid(omega), 0.0, std::max(target, 1e-9));
     }));
   fill_orders(rows, 100.0);
   return rows;

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
 #include <map>
 
 namespace archetide {
@@ -35,6 +36,12 @@ double CpuClock::now() {
       sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
   }
   return sum;
+}
+
+std::string at_first_frequency(double omega) {
+  char text[48];
+  std::snprintf(text, sizeof text, "first frequency %g rad/s", omega);
+  return text;
 }
 
 void fill_orders(std::vector<ScoreRow>& rows, double ratio) {

@@ -59,6 +59,9 @@ ScoreRow timed(const Work& work) {
   return row;
 }
 
+/// "first frequency OMEGA rad/s", the resolution of rows on stiffer and stiffer bodies.
+std::string at_first_frequency(double omega);
+
 /// Orders between rows of the same quantity that follow each other, each `ratio` times finer.
 void fill_orders(std::vector<ScoreRow>& rows, double ratio = 2.0);
 

@@ -69,7 +69,7 @@ AddedMass added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetyp
   ReducedBody body = make_body(archetype, 0);
   body.mass_scale = density_ratio * kWater / archetype->density;
   body.position = position;
-  body.P = Vec3(0, 0, body.mass_scale * archetype->integrals.mass);
+  body.P = Vec3(0, 0, body_mass(body));
   tank.bodies.push_back(body);
   const int iterations = solved(tank, 0.01).iterations;
   return {density_ratio * (1.0 / tank.results[0].y[2] - 1.0) / share, iterations};
@@ -151,7 +151,7 @@ double buoyancy(const std::shared_ptr<const Archetype>& archetype, const Vec3& x
   body.position = x;
   const double dt = 1e-3;
   // Weight takes this momentum away during the step: the body is at rest after it.
-  body.P = Vec3(0, 0, kGravity * dt * body.mass_scale * archetype->integrals.mass);
+  body.P = Vec3(0, 0, kGravity * dt * body_mass(body));
   tank.bodies.push_back(body);
   solved(tank, dt);
   return tank.results[0].water_impulse[2] / dt / (kWater * kGravity * archetype->volume);

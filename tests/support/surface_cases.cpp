@@ -3,17 +3,16 @@
 #include <cmath>
 
 #include "runtime/fluid/level_set.h"
+#include "tests/support/fluid_fields.h"
 #include "tests/support/water_scene.h"
-#include "tests/unit/fluid/fluid_test_support.h"
 
 namespace archetide {
 namespace {
 
+using test::kNoSolid;
 using test::sample_cells;
 using test::sample_faces;
 using test::unit_grid;
-
-const Array3<unsigned char> kNoSolid;
 
 double zalesak(const Vec3& x) {
   const double dx = x[0] - 0.5, dy = x[1] - 0.75;

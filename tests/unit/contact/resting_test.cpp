@@ -24,7 +24,7 @@ WallContactOptions wide_floor() {
 
 VecX weight(const ReducedBody& body, const Vec3& gravity) {
   VecX f = VecX::Zero(body.dofs());
-  f.head<3>() = body.mass_scale * body.archetype->integrals.mass * gravity;
+  f.head<3>() = body_mass(body) * gravity;
   return f;
 }
 

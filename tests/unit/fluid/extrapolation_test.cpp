@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/fluid/redistance.h"
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide {
 namespace {
@@ -112,7 +112,7 @@ TEST(LevelSetAdvection, AirComesInThroughAnOpenSide) {
       test::sample_faces(g, [](int a, const Vec3&) { return a == 2 ? -1.0 : 0.0; });
   Sides open_side{};
   open_side[5] = true;
-  Array3<double> open = sample_cells(g, [](const Vec3& x) { return x[2] - 1.6; }), closed = open;
+  Array3<double> open = sample_cells(g, [](const Vec3&x) { return x[2] - 1.6; }), closed = open;
   for (int s = 0; s < 10; ++s) {
     advect_level_set(g, down, 0.05, open, 1e9, open_side);
     advect_level_set(g, down, 0.05, closed, 1e9);

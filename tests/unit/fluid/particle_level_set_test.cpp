@@ -3,15 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "runtime/fluid/redistance.h"
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide {
 namespace {
 
+using test::kNoSolid;
 using test::sample_cells;
 using test::unit_grid;
 
-const Array3<unsigned char> kNoSolid;
 const Vec3 kCentre(0.52, 0.49, 0.5);
 
 Grid grid() { return unit_grid(32, 32, 32, 1.0 / 32); }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/fluid/level_set.h"
-#include "tests/unit/fluid/fluid_test_support.h"
+#include "tests/support/fluid_fields.h"
 
 namespace archetide {
 namespace {

@@ -3,17 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "runtime/fluid/level_set.h"
+#include "tests/support/fluid_fields.h"
 #include "tests/support/surface_cases.h"
-#include "tests/unit/fluid/fluid_test_support.h"
 
 namespace archetide {
 namespace {
 
+using test::kNoSolid;
 using test::sample_cells;
 using test::sample_faces;
 using test::unit_grid;
-
-const Array3<unsigned char> kNoSolid;
 
 TEST(Surface, FlatWaterAtRestIsUntouchedBitForBit) {
   const Grid g = unit_grid(20, 16, 24, 0.05);

@@ -9,6 +9,9 @@
 
 namespace archetide::test {
 
+/// Nothing but water and air.
+inline const Array3<unsigned char> kNoSolid;
+
 inline Grid unit_grid(int nx, int ny, int nz, double dx) {
   Grid g;
   g.nx = nx, g.ny = ny, g.nz = nz, g.dx = dx;
