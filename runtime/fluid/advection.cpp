@@ -11,6 +11,12 @@ namespace {
 
 using Mask = Array3<unsigned char>;
 
+// What MacCormack steps damp goes to zero with the step, and then eddies that the grid does not
+// resolve gain energy (a gyre in a box of 16^3 at CFL 0.3 fourfold in 10 s). So much as third-order
+// upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
+constexpr double kUpwind = 1.0 / 12.0;
+constexpr double kMostDamped = 0.25;  // cells a step, so that waves of one cell are never overdone
+
 // out(c) = op over the points c + offset along one axis, offset in [first, last], inside the
 // lattice.
 template <class Op>
@@ -112,6 +118,26 @@ void for_each_marked(const Mask& mask, const Body& body) {
     }
 }
 
+// Sum over the axes of |c| times the fourth difference of f at n, which lies at c[] of the lattice;
+// c: cells that the path crosses along each axis. An axis without two solved points to each side
+// counts nothing.
+double biharmonic(const Array3<double>& f, const Mask& valid, const int at[3], std::size_t n,
+                  const double c[3]) {
+  const std::ptrdiff_t stride[3] = {1, f.nx(), static_cast<std::ptrdiff_t>(f.nx()) * f.ny()};
+  const int size[3] = {f.nx(), f.ny(), f.nz()};
+  double sum = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    if (at[a] < 2 || at[a] + 2 >= size[a]) continue;
+    const double* p = f.data() + n;
+    const unsigned char* v = valid.data() + n;
+    const std::ptrdiff_t s = stride[a];
+    if (v[-2 * s] != 1 || v[-s] != 1 || v[0] != 1 || v[s] != 1 || v[2 * s] != 1) continue;
+    sum += std::min(std::abs(c[a]), kMostDamped) *
+           ((p[-2 * s] + p[2 * s]) - 4.0 * (p[-s] + p[s]) + 6.0 * p[0]);
+  }
+  return sum;
+}
+
 struct Scratch {
   std::unique_ptr<double[]> hat;  // first-order result
   std::unique_ptr<int[]> foot;    // corner of the interpolation cell where the path of a face ends
@@ -156,6 +182,11 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     source.range(foot[n], low, high);
     const double back = first_order.at(base, s[0].f, s[1].f, s[2].f);
     result[n] = std::min(std::max(hat[n] + 0.5 * (f[n] - back), low), high);
+    double v[3];
+    face_velocity<A>(g, u, i, j, k, v);
+    const int at[3] = {i, j, k};
+    const double c[3] = {h * v[0], h * v[1], h * v[2]};
+    result[n] -= kUpwind * biharmonic(f, valid, at, n, c);
   });
 }
 
