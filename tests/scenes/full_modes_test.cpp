@@ -87,7 +87,7 @@ TEST_F(FullModes, RunFromAMeshOfTetsWithLinearAndQuadraticElements) {
     ASSERT_EQ(simulate("bar", "\"all\""), 0) << err();
     EXPECT_EQ(last_position(), full);
     ASSERT_EQ(simulate("bar", "0"), 0) << err();
-    EXPECT_GT((last_position() - full).norm(), 1e-5);  // it is soft: measured
+    EXPECT_GT((last_position() - full).norm(), 1e-5);  // it is soft
   }
 }
 

@@ -134,7 +134,7 @@ TEST_P(BothOrders, StoppingTakesEnergyAndClosesNothingAnyMore) {
     VecX after = before;
     limit.stop_closing(q, M, after);
     EXPECT_LE(after.dot(M * after), before.dot(M * before) * (1.0 + 1e-14));
-    // det F is a cubic: what closes at first order would show at 1e-7 of the rate, 1e-6 h
+    // what closes would show at first order, 1e-6 of rates of about 1
     constexpr double kStep = 1e-6;
     EXPECT_GE(limit.least_volume(q + kStep * after), kLeast - 1e-10);
     // opening is left alone to the last bit
