@@ -145,32 +145,6 @@ TEST(H18Inversion, PullUnderWaterIsStoppedToo) {
   }
 }
 
-// A held body that hangs at another one by a ball joint: what was cut off opens the joint for a
-// step, and the next one closes it.
-TEST(H18Inversion, HeldBodyStaysAtItsJoint) {
-  ReducedBody left = soft_blob(0.01), right = left;
-  right.position[0] += 0.5;
-  const InversionLimit limit(*left.archetype);
-  const std::vector<ReducedBody> bodies = {left, right};
-  SimulationOptions vacuum;
-  vacuum.gravity.setZero();
-  Simulation s(vacuum, {}, bodies, {}, {}, {make_joint(bodies, 0, 1, {Vec3(0.25, 0, 0)})});
-  const VecX d = VecX::Ones(4);
-  s.set_actuators({modal_pull(left, d, kTooFar * reach_along(*left.archetype, d))});
-  double least = 1.0, drift = 0.0, drift_later = 0.0;
-  int held = 0;
-  run_to(s, 3.0, 0.005, [&](const StepReport& r) {
-    for (const ReducedBody& b : s.bodies()) least = std::min(least, limit.least_volume(b.q));
-    held += !r.held_bodies.empty();
-    drift = std::max(drift, r.joint_drift / 0.5);
-    if (r.t > 2.5) drift_later = std::max(drift_later, r.joint_drift / 0.5);
-  });
-  EXPECT_GT(held, 10);
-  expect_at_most("0.1 less the smallest volume of an element", 0.1 - least, 1e-12);
-  expect_at_most("gap of the joint / size", drift, 0.05);
-  expect_at_most("gap of the joint later / size", drift_later, 1e-8);
-}
-
 // H26 with the limit: beyond the first frequency the modes have no resting place, and are held.
 TEST(H26FastSpin, ModesAreHeldBeyondTheFirstFrequency) {
   for (const double share : {0.9, 1.5, 3.0}) {
