@@ -296,12 +296,13 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   ModesResult modes =
       blaming(recipe, [&] { return compute_modes(a.tets, materials, options, profile); });
   note_memory("modes");
-  warn_about_modes(modes, options.count, log);
   const int vibration = modes.vibration_modes();
+  warn_about_modes(modes, options.every_motion ? vibration : options.count, log);
   take_modes(std::move(modes), a);
   a.density = a.integrals.mass / a.volume;
   if (recipe.material_regions.empty()) a.density = recipe.material.density;
-  if (vibration > 0 && recipe.clamped.empty() && !body.surface.triangles.empty())
+  const bool few = vibration > 0 && !options.every_motion;
+  if (few && recipe.clamped.empty() && !body.surface.triangles.empty())
     a.frequency_error = estimate_frequency_errors(recipe, body.surface, a.omega2.head(vibration),
                                                   int(a.tets.tets.size()), profile);
   log.say(modes_line(a));

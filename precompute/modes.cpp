@@ -10,6 +10,7 @@
 #include "common/check.h"
 #include "common/input_error.h"
 #include "precompute/canonical_basis.h"
+#include "precompute/complete_modes.h"
 #include "precompute/eigen_solver.h"
 #include "precompute/momentum_integrals.h"
 #include "precompute/ordering.h"
@@ -253,6 +254,30 @@ std::vector<Vec3> positions(const TetMesh& mesh, const Problem& p) {
 
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
 
+/// Reduces the matrices and demands that the modes are what they should be.
+void check_modes(const Problem& p, const ModesOptions& options, ModesResult& result) {
+  result.rigid_content = largest(p.weighted_rigid.transpose() * result.node_modes);
+  result.residuals = residuals(p.K, p.mass, result.omega2, result.node_modes);
+  reduce(p.K, p.mass, result);
+  const Eigen::Index r = result.omega2.size();
+  result.orthonormality = largest(result.M_r - MatX::Identity(r, r));
+  require_accuracy(result, options.residual);
+}
+
+/// All that a mesh can do: nothing is cut, and none can be missed.
+void find_every_motion(const TetMesh& mesh, const MaterialField& material,
+                       const ModesOptions& options, const Problem& p, ModesResult& result) {
+  ARCHETIDE_CHECK(options.clamped.empty() && !options.loads.any());
+  EigenResult found = every_eigenpair(p.K, p.mass, p.rigid);
+  result.rigid_energy = largest(p.rigid.transpose() * (p.K * p.rigid));
+  require_one_body(found.values, frequency_scale(mesh, material), result.rigid_energy);
+  result.omega2 = found.values;
+  result.node_modes = std::move(found.vectors);
+  remove_rigid(p.rigid, p.weighted_rigid, result.node_modes);
+  canonicalise(mesh.nodes, p.mass, result.omega2, result.node_modes);
+  check_modes(p, options, result);
+}
+
 }  // namespace
 
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
@@ -267,13 +292,20 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
   std::optional<ScopedTimer> timer(std::in_place, profile, "assemble");
   const SparseMatrix mass = mass_matrix(mesh, material, result.mass);
   require_centred(mesh.nodes, mass);
-  if (options.count == 0) {
+  if (options.count == 0 && !options.every_motion) {
     result.node_modes.resize(3 * Eigen::Index(mesh.nodes.size()), 0);
     result.integrals = integrate(mesh, material, mass, result);
     return result;
   }
-  require_solvable(mesh, options);
+  if (!options.every_motion) require_solvable(mesh, options);
   const Problem p = set_up(mesh, material, options, mass);
+  if (options.every_motion) {
+    timer.emplace(profile, "dense");
+    find_every_motion(mesh, material, options, p, result);
+    timer.emplace(profile, "integrals");
+    result.integrals = integrate(mesh, material, mass, result);
+    return result;
+  }
 
   timer.emplace(profile, "order");
   const std::vector<int> ordering = nested_dissection(p.K);
@@ -311,12 +343,7 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
   factor.reset();
 
   timer.emplace(profile, "integrals");
-  result.rigid_content = largest(p.weighted_rigid.transpose() * result.node_modes);
-  result.residuals = residuals(p.K, p.mass, result.omega2, result.node_modes);
-  reduce(p.K, p.mass, result);
-  const Eigen::Index r = result.omega2.size();
-  result.orthonormality = largest(result.M_r - MatX::Identity(r, r));
-  require_accuracy(result, options.residual);
+  check_modes(p, options, result);
 
   // What was left out.
   result.next_omega2 = found.values[kept];

@@ -15,6 +15,9 @@ struct ModesOptions {
   /// cluster of equal frequencies: it has up to kExtraModes more when that completes the cluster,
   /// else up to as many fewer.
   int count = 10;
+  /// Instead of `count`: every elastic motion of the mesh, 3 n - 6 modes by a dense solver. Not
+  /// together with static responses (there is nothing left for them) or a clamp.
+  bool every_motion = false;
   double residual = 1e-8;        // largest accepted |K phi - omega^2 M phi| / |K phi|
   std::optional<MassKind> mass;  // default: lumped for linear tets, consistent for quadratic ones
   double shift_scale = 0.1;      // sigma = -shift_scale E / (rho L^2), L the bounding-box diagonal
@@ -48,7 +51,7 @@ struct ModesResult {
   double rigid_energy = 0.0;  // largest K-energy of the M-orthonormal rigid vectors, 1/s^2
   double orthonormality = 0.0;  // max |Phi^T M Phi - 1|
   double rigid_content = 0.0;   // max momentum of a mode, relative (sum m phi, sum m x cross phi)
-  double next_omega2 = 0.0;     // first eigenvalue that was not kept, 1/s^2
+  double next_omega2 = 0.0;     // first eigenvalue that was not kept, 1/s^2 (0: all were)
   double cluster_gap = 0.0;     // relative gap in omega between the last kept and the next mode
   bool cluster_cut = false;     // no gap in reach: the basis is arbitrary at the cut, warn
   double sturm_shift = 0.0;     // mu of the inertia count, 1/s^2 (0 = not counted)

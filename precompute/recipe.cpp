@@ -255,12 +255,14 @@ Keys motion_keys() {
        .fallback = "0.0",
        .meaning = "Rayleigh damping C = alpha M + beta K"},
       {.path = "modes.count",
-       .type = kInteger,
+       .type = kIntegerOrString,
        .range = between(0, 1000),
        .fallback = "10",
+       .choices = {"full"},
        .meaning =
            "elastic modes to keep, lowest first; 0 = a rigid body; up to 5 more or fewer where "
-           "it would cut through equal frequencies"},
+           "it would cut through equal frequencies; \"full\" = every degree of freedom of the "
+           "tets, at most 1500 modes (502 nodes)"},
       {.path = "modes.residual",
        .type = kNumber,
        .range = between(1e-14, 1e-2),
@@ -402,6 +404,17 @@ void read_parts(const Section& root, Recipe& r) {
                                  "remove clamped or modes.static")});
 }
 
+/// modes.count = "full" leaves nothing to add, and is of a free body.
+void check_every_motion(const Section& root, const Recipe& r) {
+  if (!r.modes.every_motion) return;
+  if (r.modes.loads.any() || !r.point_loads.empty())
+    throw InputError({root.error("modes.static", "a complete basis answers every load already",
+                                 "remove modes.static, or give a number of modes")});
+  if (!r.clamped.empty())
+    throw InputError({root.error("clamped", "modes.count = \"full\" is of a free body",
+                                 "remove clamped, or give a number of modes")});
+}
+
 RepairOptions read_repair(const Section& root) {
   RepairOptions repair;
   const std::string kind = root.string("repair");
@@ -517,10 +530,12 @@ Recipe read_recipe(const std::string& path) {
   r.alpha = root.number("damping.alpha");
   r.beta = root.number("damping.beta");
 
-  r.modes.count = root.integer("modes.count");
+  r.modes.every_motion = root.is_string("modes.count");
+  if (!r.modes.every_motion) r.modes.count = root.integer("modes.count");
   r.modes.residual = root.number("modes.residual");
   r.modes.mass = mass_kind(root, r.tet.order);
   read_parts(root, r);
+  check_every_motion(root, r);
   document.check_all_read();
   return r;
 }

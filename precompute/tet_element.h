@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "common/tet_mesh.h"
+#include "common/tet_shape.h"
 
 namespace archetide {
 
@@ -18,25 +18,6 @@ TetRule four_point_rule();
 /// Exact for degree 2 m - 1: product of Gauss-Jacobi rules of m points in collapsed coordinates.
 TetRule conical_rule(int m);
 
-/// Shape functions of a tet with N = 4 (linear) or 10 (quadratic: corners, then kTetEdges) nodes.
-template <int N>
-struct TetShape {
-  using Values = Eigen::Matrix<double, N, 1>;
-  using Gradients = Eigen::Matrix<double, 3, N>;
-
-  static Values values(const Vec3& L);        // 1
-  static Gradients gradients(const Vec3& L);  // with respect to L1, L2, L3
-};
-
-template <>
-TetShape<4>::Values TetShape<4>::values(const Vec3& L);
-template <>
-TetShape<4>::Gradients TetShape<4>::gradients(const Vec3& L);
-template <>
-TetShape<10>::Values TetShape<10>::values(const Vec3& L);
-template <>
-TetShape<10>::Gradients TetShape<10>::gradients(const Vec3& L);
-
 /// Shape functions at the points of a rule, computed once.
 template <int N>
 struct ShapeTable {
@@ -46,19 +27,6 @@ struct ShapeTable {
 
   explicit ShapeTable(TetRule r);
 };
-
-/// The nodes of a tet: corners, then middle nodes.
-template <int N>
-std::array<int, N> element_nodes(const TetMesh& mesh, int tet);
-
-template <>
-std::array<int, 4> element_nodes<4>(const TetMesh& mesh, int tet);
-template <>
-std::array<int, 10> element_nodes<10>(const TetMesh& mesh, int tet);
-
-/// Positions of the nodes, 3 x N, m.
-template <int N>
-Eigen::Matrix<double, 3, N> element_positions(const TetMesh& mesh, const std::array<int, N>& nodes);
 
 /// Of the reference tet (volume 1/6).
 template <int N>

@@ -20,6 +20,7 @@
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/time_splitting.h"
 #include "runtime/grid/state_fields.h"
+#include "runtime/solid/inversion_guard.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -141,7 +142,9 @@ struct Simulation::Impl {
   std::vector<BodyReach> reach;           // per body, bounds its extent
   std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
   GroupContacts touching;                 // of the velocity stage
+  InversionGuard guard;                   // of soft bodies' elements
   std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
+  std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
   std::vector<Vec3> water_impulse, water_angular_impulse;
   FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
   Array3<unsigned char> solid_cells;
@@ -193,6 +196,8 @@ struct Simulation::Impl {
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
+  bool lock_modes(const std::vector<StageResult>& results, double dt,
+                  std::vector<StageBody>& stage);
   bool keep_joints(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y,
                    StepReport& report);
   void predict_positions(double dt, std::vector<Configuration>& middle);
@@ -406,9 +411,17 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], now[b], {}, may_reach_wall(b, dt), {}, {}, driven[b]});
   std::vector<StageResult> results;
-  report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half, results,
-                                    between ? &ahead : nullptr);
-  if (!report.position.converged) return false;
+  const auto couple = [&] {
+    report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half,
+                                      results, between ? &ahead : nullptr);
+    return report.position.converged;
+  };
+  if (!couple()) return false;
+  if (lock_modes(results, dt, stage)) {  // again, so that the water meets modes that do not move
+    if (has_water()) u_half = push;
+    if (between) ahead = between->ahead(bodies, body_speeds(), dt);
+    if (!couple()) return false;
+  }
   if (between) {
     profile.add("positions", -coupling.contact_seconds());
     profile.add("contact", coupling.contact_seconds());
@@ -435,12 +448,24 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     std::vector<Vec3> before, &mid = read_points[b];
     surface_points(bodies[b], before);
-    middle.push_back(advance_pose(bodies[b], motions[b], y[b], dt));
+    middle.push_back(
+        guard.advance(static_cast<int>(b), bodies[b], motions[b], y[b], dt, stage[b].at.locked));
     held[b] = results[b].contacts;
     surface_points(bodies[b], mid);
     for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kBodyReadBack * (before[v] - mid[v]);
   }
   return true;
+}
+
+// Modes that would close elements which stand at their limit are held there; true if there are any.
+bool Simulation::Impl::lock_modes(const std::vector<StageResult>& results, double dt,
+                                  std::vector<StageBody>& stage) {
+  bool any = false;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    stage[b].at.locked = guard.closing(bodies[b], results[b].motion, results[b].y, dt);
+    any = any || stage[b].at.locked.size() > 0;
+  }
+  return any;
 }
 
 // Velocities of the position update that leave no gap in a joint. What that takes belongs to the
@@ -490,7 +515,7 @@ void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& 
     if (driven[b].size() > 0) force.tail(body.r) = driven[b];
     const FreeMotion motion =
         free_motion(body, now[b], force, dt, Stage::kPositionHalf, options.modal);
-    middle.push_back(advance_pose(body, motion, motion.y_star, dt));
+    middle.push_back(guard.advance(static_cast<int>(b), body, motion, motion.y_star, dt));
     held[b] = {};
   }
 }
@@ -511,9 +536,10 @@ void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBod
     FreeMotion motion;
     motion.terms = terms_n;
     motion.H = generalised_mass(moved, terms_n, dt, Stage::kVelocityFull, options.modal.step);
-    advance_pose(moved, motion, y, dt);
+    guard.advance(static_cast<int>(b), moved, motion, y, dt);
     bodies[b].position = moved.position;
     bodies[b].rotation = moved.rotation;
+    if (drive[b].size() > 0) actuation_work += drive[b].dot(moved.q - start[b].q);
     bodies[b].q = moved.q;
   }
 }
@@ -580,11 +606,10 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     advect_to_end(dt);
   }
   ScopedTimer timer(profile, "velocities");
-  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, middle);
+  drive = actuation(fluid.time + 0.5 * dt, middle);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back(
-        {&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], driven[b]});
+    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], drive[b]});
   std::vector<StageResult> results;
   const bool single = has_water() && options.scheme == Scheme::kSingle;
   if (single) push = u_star;
@@ -598,8 +623,12 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     report.contact_sweeps += touching.sweeps;
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (driven[b].size() > 0)  // f · (q̇ⁿ + q̇ⁿ⁺¹)/2 dt
-      actuation_work += 0.5 * dt * driven[b].dot(bodies[b].q_dot + results[b].y.tail(bodies[b].r));
+    if (drive[b].size() > 0 && options.scheme == Scheme::kNewmark) {
+      // f · (q̇ⁿ + q̇ⁿ⁺¹)/2 dt, or of the way that a held body went
+      const VecX mean = 0.5 * (bodies[b].q_dot + results[b].y.tail(bodies[b].r));
+      const bool went = guard.holds(static_cast<int>(b));
+      actuation_work += dt * drive[b].dot(went ? middle[b].q_dot : mean);
+    }
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
@@ -619,13 +648,16 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
 }
 
 bool Simulation::Impl::attempt(double dt, StepReport& report) {
+  guard.start_step();
   std::vector<Configuration> middle;
   std::vector<std::vector<Vec3>> read_points;
   if (options.scheme == Scheme::kNewmark) {
     if (!advance_positions(dt, middle, read_points, report)) return false;
     if (broken_body(bodies) >= 0) return false;
     resolve_contact(dt, report);
-    return advance_velocities(dt, middle, read_points, report);
+    if (!advance_velocities(dt, middle, read_points, report)) return false;
+    guard.stop_held(bodies, options.modal.mass);
+    return true;
   }
   const std::vector<ReducedBody> start = bodies;
   read_points.resize(bodies.size());
@@ -634,6 +666,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   if (!advance_velocities(dt, middle, read_points, report)) return false;
   seen = bodies;
   correct_positions(dt, start);
+  guard.stop_held(bodies, options.modal.mass);
   return true;
 }
 
@@ -655,6 +688,7 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   r.max_speed = fastest;
   r.joint_drift = joint_drift(joints, bodies);
+  r.held_bodies = guard.held();
   r.actuation_work = actuation_work;
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }

@@ -62,6 +62,7 @@ struct StepReport {
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double joint_drift = 0.0;                              // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
+  std::vector<int> held_bodies;  // whose modes were stopped before an element turned inside out
 };
 
 class Simulation {

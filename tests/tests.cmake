@@ -46,6 +46,11 @@ if(TARGET test_scenes)
   add_dependencies(test_scenes archetide-sim)
   set_source_files_properties(tests/scenes/resume_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_SIM_BIN="$<TARGET_FILE:archetide-sim>")
+  if(TARGET archetide-precompute)
+    add_dependencies(test_scenes archetide-precompute)
+    set_source_files_properties(tests/scenes/full_modes_test.cpp PROPERTIES COMPILE_DEFINITIONS
+      "ARCHETIDE_SIM_BIN=\"$<TARGET_FILE:archetide-sim>\";ARCHETIDE_PRECOMPUTE_BIN=\"$<TARGET_FILE:archetide-precompute>\"")
+  endif()
 endif()
 
 # Programs that print measured figures (named in the README); built with the rest so that they do not rot.

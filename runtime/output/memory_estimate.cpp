@@ -26,7 +26,8 @@ double archetype_bytes(const Archetype& a) {
          sizeof(Vec3i) * static_cast<double>(a.surface.triangles.size()) +
          sizeof(float) * static_cast<double>(a.sdf.values.size()) + bytes_of(a.surface_modes) +
          bytes_of(a.node_modes) + sizeof(Vec3) * static_cast<double>(a.tets.nodes.size()) +
-         4.0 * sizeof(int) * static_cast<double>(a.tets.tets.size()) + bytes_of(a.M_r) +
+         4.0 * sizeof(int) * static_cast<double>(a.tets.tets.size()) +
+         6.0 * sizeof(int) * static_cast<double>(a.tets.mids.size()) + bytes_of(a.M_r) +
          bytes_of(a.K_r) +
          sizeof(Mat3) * static_cast<double>(a.integrals.A.size() + a.integrals.B.size());
 }

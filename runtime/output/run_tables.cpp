@@ -57,6 +57,7 @@ void StatsTable::write_header(const Profile& profile) {
                                     "max_penetration",
                                     "mean_penetration",
                                     "actuation_work",
+                                    "held_bodies",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -89,7 +90,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.joint_drift).cell(s.max_deformation);
   csv_.cell(s.volume_given_back);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
-  csv_.cell(s.actuation_work);
+  csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 
 #include "common/atomic_file.h"
 #include "common/input_error.h"
@@ -80,6 +81,7 @@ struct RunWriter::Impl {
   StepReport last;
   double first_volume = std::nan("");             // m^3
   double seconds_before = 0.0, cpu_before = 0.0;  // s, before it was resumed
+  std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
 
   Impl(RunSetup s, const Simulation& simulation)
       : setup(std::move(s)),
@@ -119,6 +121,23 @@ struct RunWriter::Impl {
     const Manifest before = read_manifest(folder + "manifest.json");
     manifest.started = before.started;
     seconds_before = before.wall_seconds, cpu_before = before.cpu_seconds;
+  }
+
+  // A line when a body's modes are stopped, none while it stays or comes back within a frame.
+  void tell_held(const StepReport& report, const Simulation& simulation) {
+    for (const int b : report.held_bodies) {
+      const auto [when, first] = last_held.try_emplace(b, report.t);
+      if (first || report.t - when->second > 1.0 / setup.fps)
+        progress.line("t = " + std::to_string(report.t) + " s: " + name_of(b, simulation) +
+                      " is held where its elements would turn inside out");
+      when->second = report.t;
+    }
+  }
+
+  std::string name_of(int b, const Simulation& simulation) const {
+    const auto n = static_cast<std::size_t>(b);
+    return n < setup.body_names.size() ? setup.body_names[n]
+                                       : simulation.bodies()[n].archetype->name;
   }
 
   bool wants(const std::string& kind) const {
@@ -238,6 +257,8 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   d.stats.add(report, simulation.profile());
   d.last = report;
   if (std::isnan(d.first_volume)) d.first_volume = report.water_volume;
+
+  d.tell_held(report, simulation);
 
   const int iterations = std::max(report.position.iterations, report.velocity.iterations);
   const double residual = std::max(report.position.residual, report.velocity.residual);

@@ -76,10 +76,10 @@ void ArchetypeLibrary::require_all(const SceneSpec& scene) const {
   if (!message.empty()) throw FileError(message);
 }
 
-std::shared_ptr<const Archetype> ArchetypeLibrary::load(const std::string& archetype) {
+std::shared_ptr<const Archetype> ArchetypeLibrary::load(const std::string& archetype, Part part) {
   const std::string file = path(archetype);
-  std::shared_ptr<const Archetype>& entry = cache_[file];
-  if (!entry) entry = std::make_shared<const Archetype>(read_archetype(file, Part::kRuntime));
+  std::shared_ptr<const Archetype>& entry = cache_[{file, part}];
+  if (!entry) entry = std::make_shared<const Archetype>(read_archetype(file, part));
   return entry;
 }
 

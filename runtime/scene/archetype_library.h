@@ -25,13 +25,13 @@ class ArchetypeLibrary {
   /// it.
   void require_all(const SceneSpec& scene) const;
 
-  /// Reads what the runtime needs, cached.
-  std::shared_ptr<const Archetype> load(const std::string& archetype);
+  /// Reads what the runtime needs, cached; a body with modes also needs the tets (Part::kAll).
+  std::shared_ptr<const Archetype> load(const std::string& archetype, Part part = Part::kRuntime);
   std::shared_ptr<const Skin> load_skin(const std::string& archetype);
 
  private:
   std::vector<std::string> folders_;
-  std::map<std::string, std::shared_ptr<const Archetype>> cache_;
+  std::map<std::pair<std::string, Part>, std::shared_ptr<const Archetype>> cache_;
   std::map<std::string, std::shared_ptr<const Skin>> skins_;
 };
 

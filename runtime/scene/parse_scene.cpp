@@ -115,6 +115,7 @@ BodySpec parse_instance(const Section& s, const SceneSpec& scene) {
   body.angular_velocity = s.vec3("angular_velocity");
   body.density = optional_number(s, "density");
   if (s.has("modes") && !s.is_string("modes")) body.modes = s.integer("modes");
+  if (s.has("modes") && s.is_string("modes")) body.every_motion = s.string("modes") == "full";
   body.modes_where = s.location("modes");
   return body;
 }

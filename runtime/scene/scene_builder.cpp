@@ -1,8 +1,10 @@
 #include "runtime/scene/scene_builder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
+#include "common/complete_basis.h"
 #include "runtime/coupling/resolution.h"
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_skins.h"
@@ -10,6 +12,7 @@
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/place_markers.h"
 #include "runtime/scene/scatter.h"
+#include "runtime/solid/rotation.h"
 
 namespace archetide {
 namespace {
@@ -28,9 +31,13 @@ TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   return mesh;
 }
 
+// A rigid body needs no tets.
+Part part_needed(const BodySpec& spec) { return spec.modes == 0 ? Part::kRuntime : Part::kAll; }
+
 void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built,
               double release = 0.0) {
-  built.bodies.push_back(instantiate(spec, library.load(spec.archetype)));
+  const Part part = part_needed(spec);
+  built.bodies.push_back(instantiate(spec, library.load(spec.archetype, part)));
   const Archetype& archetype = *built.bodies.back().archetype;
   built.body_names.push_back(spec.name.empty() ? archetype.name : spec.name);
   built.release.push_back(release);
@@ -94,7 +101,8 @@ void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltSce
   for (std::size_t b = 0; b < built.bodies.size(); ++b)
     if (built.release[b] == 0.0)
       placed.push_back({built.bodies[b].position, bounding_radius(*built.bodies[b].archetype)});
-  const double radius = bounding_radius(*library.load(scatter.body.archetype));
+  const double radius =
+      bounding_radius(*library.load(scatter.body.archetype, part_needed(scatter.body)));
   for (int wave = 0; wave < scatter.waves; ++wave) {
     ScatterSpec part = scatter;
     part.count = scatter.count * (wave + 1) / scatter.waves - scatter.count * wave / scatter.waves;
@@ -154,6 +162,40 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
   return options;
 }
 
+namespace {
+
+// The step knows one momentum only, that of the body as a whole.
+void demand_no_rigid_motion(const BodySpec& spec, const Archetype& a) {
+  constexpr double kRigid = 1e-9;  // of the momentum that a mode of this mass could carry
+  const MomentumIntegrals& m = a.integrals;
+  for (std::size_t i = 0; i < m.I3.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double linear = m.I3[i].norm() / std::sqrt(m.mass * a.M_r(k, k));
+    const double angular = axial(m.A[i]).norm() / std::sqrt(m.Sxx.trace() * a.M_r(k, k));
+    if (linear <= kRigid && angular <= kRigid) continue;
+    throw InputError({{spec.where,
+                       "mode " + std::to_string(i + 1) + " of archetype " + spec.archetype +
+                           " moves or turns the body as a whole (" +
+                           std::to_string(100.0 * std::max(linear, angular)) + " % of it)",
+                       "take the rigid motions out of its modes, or build it with "
+                       "archetide-precompute"}});
+  }
+}
+
+void demand_every_motion(const BodySpec& spec, const Archetype& a) {
+  if (!spec.every_motion || has_complete_basis(a)) return;
+  const int nodes = static_cast<int>(a.tets.nodes.size());
+  throw InputError(
+      {{spec.modes_where,
+        "the body asks for every degree of freedom, archetype " + spec.archetype + " stores " +
+            std::to_string(a.r()) + " modes of the " + std::to_string(elastic_dofs(nodes)) +
+            " that " + std::to_string(nodes) + " nodes have",
+        "set modes.count = \"full\" in the body file, with few tets (tet.target), and build it "
+        "again"}});
+}
+
+}  // namespace
+
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
   if (!archetype->clamped.empty())
     throw InputError(
@@ -161,6 +203,8 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
           "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
               "\": its modes are those of a held body, and bodies " + "in a scene move freely",
           "remove clamped from its body file and build it again"}});
+  demand_no_rigid_motion(spec, *archetype);
+  demand_every_motion(spec, *archetype);
   const int stored = archetype->r();
   if (spec.modes.value_or(0) > stored) {
     throw InputError({{spec.modes_where,

@@ -233,10 +233,10 @@ Keys instance_keys(const std::string& table) {
            .type = kIntegerOrString,
            .range = between(0, 100000),
            .fallback = "absent",
-           .choices = {"all"},
-           .meaning = "0 = rigid; absent = all that are stored",
-           .later = "every degree of freedom of the tet mesh",
-           .later_values = {"full"}}};
+           .choices = {"all", "full"},
+           .meaning = "0 = rigid; absent = all that are stored; \"full\" = the same, but only "
+                      "from an archetype with every degree of freedom of its tets (modes.count = "
+                      "\"full\" in the body file)"}};
 }
 
 Keys rotation_keys(const std::string& table) {

@@ -61,6 +61,7 @@ struct BodySpec {
   Vec3 angular_velocity = Vec3::Zero();  // world frame, rad/s
   std::optional<double> density;         // kg/m^3; absent: the archetype's
   std::optional<int> modes;              // absent: all that are stored
+  bool every_motion = false;             // modes = "full": they must span every motion of the tets
   SourceLocation modes_where;
 };
 

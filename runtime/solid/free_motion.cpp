@@ -14,6 +14,17 @@ MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep st
          (h * a.beta + h * h) * a.K_r.topLeftCorner(body.r, body.r);
 }
 
+/// Directions in which modes are held get a mass kHeld times the largest. More would cost digits of
+/// the others.
+void hold(const MatX& locked, GeneralisedMass& H) {
+  constexpr double kHeld = 1e6;
+  if (locked.size() == 0) return;
+  const double mass = kHeld * H.M_hat.diagonal().maxCoeff();
+  const MatX n = locked.colwise().normalized();
+  H.M_hat.noalias() += mass * (n * n.transpose());
+  H.M_hat_factor.compute(H.M_hat);
+}
+
 double stage_length(double dt, Stage stage) {
   return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
 }
@@ -84,6 +95,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
     if (options.step == ModalStep::kTrapezoid && stage == Stage::kVelocityFull)
       modal -= (out.H.M_hat - out.terms.M_q) * body.q_dot;
   }
+  hold(at.locked, out.H);
   out.y_star = out.H.solve(momentum);
   return out;
 }

@@ -42,7 +42,8 @@ struct Configuration {
   VecX q;      // r
   VecX q_dot;  // r
   Vec3 delta_L =
-      Vec3::Zero();  // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
+      Vec3::Zero();      // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
+  MatX locked = MatX();  // r x k, directions n in which the modes are held, n . q_dot = 0; or empty
 };
 
 /// Mass of one instance, kg.
@@ -129,6 +130,7 @@ struct FreeMotion {
 /// first stage, the midpoint (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot; what
 /// advance_pose returns) for the second, which makes the whole second order. The elastic force
 /// starts from q^n = 2 at.q - body.q, right for both stages, whether the pose has advanced or not.
+/// Modes that are held (at.locked) meet a mass that is large enough to keep them.
 /// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the
 /// stage. dt is the length of the whole step, s.
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,

@@ -1,5 +1,6 @@
-// Cost of a step of one body (both stages, no water) and the bytes of an instance, for archetypes
-// of different meshes.
+// Cost of a step of one body (both stages, no water), of the test that no element turns inside out
+// (far from the limit, and where every tet is looked at) and the bytes of an instance, for
+// archetypes of different meshes.
 //   bench_body_step MODES ARCHETYPE.h5 ...
 #include <chrono>
 #include <cmath>
@@ -7,23 +8,45 @@
 #include <cstdlib>
 
 #include "common/input_error.h"
+#include "runtime/solid/inversion_limit.h"
 #include "tests/support/dry_body.h"
 
 namespace archetide {
 namespace {
 
-// Best of several batches, microseconds per step: the state does not matter, nor may the mesh.
-double microseconds_per_step(ReducedBody body, const ModalOptions& options) {
+// Best of several batches, microseconds each.
+template <class Work>
+double microseconds(int times, const Work& work) {
   using Clock = std::chrono::steady_clock;
-  constexpr int kBatches = 20, kSteps = 500;
+  constexpr int kBatches = 20;
   double best = INFINITY;
   for (int batch = 0; batch < kBatches; ++batch) {
     const auto start = Clock::now();
-    dry_steps(body, kSteps, 1e-3, options);
+    work(times);
     best = std::min(
-        best, std::chrono::duration<double, std::micro>(Clock::now() - start).count() / kSteps);
+        best, std::chrono::duration<double, std::micro>(Clock::now() - start).count() / times);
   }
   return best;
+}
+
+// The state does not matter, nor may the mesh.
+double microseconds_per_step(ReducedBody body) {
+  return microseconds(500, [&](int steps) { dry_steps(body, steps, 1e-3, {}); });
+}
+
+double microseconds_per_test(const InversionLimit& limit, const VecX& q) {
+  double sum = 0.0;
+  const double each = microseconds(limit.surely_holds(q) ? 10000 : 5, [&](int times) {
+    for (int n = 0; n < times; ++n) sum += limit.allowed_share(q);
+  });
+  return std::isfinite(sum) ? each : NAN;
+}
+
+// Just where the bound of the modes says nothing any more.
+VecX first_unsure(const InversionLimit& limit, int r) {
+  VecX q = VecX::Constant(r, 1e-6);
+  while (r > 0 && limit.surely_holds(q)) q *= 1.1;
+  return q;
 }
 
 int main_of(int argc, char** argv) {
@@ -33,15 +56,18 @@ int main_of(int argc, char** argv) {
   }
   const int r = std::atoi(argv[1]);
   std::printf(
-      "archetype                         tets   surface   modes   us/step   bytes/instance\n");
+      "archetype                         tets   surface   modes   us/step   limit far   near, us   "
+      "bytes/instance\n");
   for (int n = 2; n < argc; ++n) {
     const auto archetype = std::make_shared<const Archetype>(read_archetype(argv[n]));
     ReducedBody body = make_body(archetype, std::min(r, archetype->r()));
     body.L = archetype->integrals.Sxx.trace() * Vec3(0.1, 0.2, 0.3);
     body.q_dot.setConstant(0.01);
-    std::printf("%-30s %7zu %9zu %7d %9.3f %16zu\n", argv[n], archetype->tets.tets.size(),
-                archetype->surface.vertices.size(), body.r, microseconds_per_step(body, {}),
-                instance_bytes(body));
+    const InversionLimit limit(*archetype);
+    std::printf("%-30s %7zu %9zu %7d %9.3f %11.3f %10.1f %16zu\n", argv[n],
+                archetype->tets.tets.size(), archetype->surface.vertices.size(), body.r,
+                microseconds_per_step(body), microseconds_per_test(limit, VecX::Zero(body.r)),
+                microseconds_per_test(limit, first_unsure(limit, body.r)), instance_bytes(body));
   }
   return kExitDone;
 }

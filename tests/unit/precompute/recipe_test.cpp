@@ -118,6 +118,11 @@ TEST(Recipe, RefusesWhatDoesNotGoTogether) {
   EXPECT_TRUE(has(with("mass = \"lumped\"\n"), "quadratic tets have no lumped mass"));
   EXPECT_TRUE(has(with("clamped = \"foot\"\n"), "there is no point set \"foot\""));
   EXPECT_TRUE(has(with("modes = { static = [\"presure\"] }\n"), "no point set \"presure\""));
+  EXPECT_TRUE(has(with("modes = { count = \"full\", static = [\"gravity\"] }\n"),
+                  "a complete basis answers every load already"));
+  EXPECT_TRUE(has(with("clamped = \"p\"\nmodes = { count = \"full\" }\n[[points]]\n"
+                       "name = \"p\"\nlist = [[0, 0, 0]]\n"),
+                  "modes.count = \"full\" is of a free body"));
   EXPECT_TRUE(has(with("clamped = \"p\"\nmodes = { static = [\"gravity\"] }\n[[points]]\n"
                        "name = \"p\"\nlist = [[0, 0, 0]]\n"),
                   "static responses are those of a free body"));

@@ -390,9 +390,16 @@ TEST(ParseScene, MarkersLieInABoxOrABall) {
   expect_contains(complaint(tank + head + "box = [[0, 0, 0]]\n"), "expected two corners");
 }
 
+TEST(ParseScene, ModesAreANumberOrAllOrEveryDegreeOfFreedom) {
+  const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\nmodes = ";
+  const auto first = [&](const char* value) { return parse(body + value + "\n").bodies.at(0); };
+  EXPECT_EQ(first("3").modes, 3);
+  EXPECT_FALSE(first("\"all\"").modes || first("\"all\"").every_motion);
+  EXPECT_TRUE(!first("\"full\"").modes && first("\"full\"").every_motion);
+  expect_contains(complaint(body + "\"every\"\n"), "\"every\" is not allowed here");
+}
+
 TEST(ParseScene, FeaturesOfLaterVersionsAreRefusedByName) {
-  const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
-  expect_contains(complaint(body + "modes = \"full\"\n"), "(body[0].modes = \"full\")");
   for (const char* kind : {"surface.vdb", "phi.vti"}) {
     expect_contains(complaint("[output]\nframes = [\"" + std::string(kind) + "\"]\n"),
                     "not in this version");

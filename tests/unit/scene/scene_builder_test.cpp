@@ -247,6 +247,44 @@ TEST_F(BuildScene, ModesCanBeFewerButNotMore) {
   expect_contains(text, "asks for 4 modes");
 }
 
+TEST_F(BuildScene, EveryDegreeOfFreedomNeedsACompleteBasis) {
+  const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\nmodes = ";
+  const std::string text = message_of<InputError>([&] { build(body + "\"full\"\n"); });
+  expect_contains(text, "s.scene.toml:6:9: error: the body asks for every degree of freedom");
+  expect_contains(text, "archetype tetra stores 2 modes of the 6 that 4 nodes have");
+  expect_contains(text, "modes.count = \"full\" in the body file");
+
+  Archetype six = tetrahedron_archetype("tetra");
+  six.omega2 = VecX::LinSpaced(6, 100, 200);
+  six.is_static.assign(6, 0);
+  six.residuals = VecX::Zero(6);
+  six.surface_modes = six.node_modes = MatX::Constant(12, 6, 0.01);
+  six.M_r = MatX::Identity(6, 6);
+  six.K_r = six.omega2.asDiagonal();
+  six.integrals.I3.assign(6, Vec3::Zero());
+  six.integrals.A.assign(6, Mat3::Zero());
+  six.integrals.B.assign(36, Mat3::Zero());
+  write_archetype(folder_ / "tetra.h5", six);
+  EXPECT_EQ(build(body + "\"full\"\n").bodies.at(0).r, 6);
+}
+
+TEST_F(BuildScene, RigidMotionsLeftAmongTheModesAreRefused) {
+  const std::string body = "[[body]]\narchetype = \"loose\"\nposition = [0, 0, 0]\nmodes = 0\n";
+  for (const bool turns : {false, true}) {
+    Archetype a = tetrahedron_archetype("loose");
+    if (turns)
+      a.integrals.A[1](0, 1) = 1e-3, a.integrals.A[1](1, 0) = -1e-3;
+    else
+      a.integrals.I3[1] = Vec3(0, 0, 1e-3);
+    write_archetype(folder_ / "loose.h5", a);
+    const std::string text = message_of<InputError>([&] { build(body); });
+    expect_contains(text, "mode 2 of archetype loose moves or turns the body as a whole");
+    a.integrals.I3[1] *= 1e-10, a.integrals.A[1] *= 1e-10;  // round-off
+    write_archetype(folder_ / "loose.h5", a);
+    EXPECT_NO_THROW(build(body));
+  }
+}
+
 TEST_F(BuildScene, MissingArchetypesAreNamedTogetherAsFileError) {
   const std::string text = message_of<FileError>([&] {
     build(

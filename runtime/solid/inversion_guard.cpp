@@ -1,0 +1,57 @@
+#include "runtime/solid/inversion_guard.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace archetide {
+
+// Of the body's archetype; made once for all its instances.
+const InversionLimit& InversionGuard::limit(const ReducedBody& body) {
+  std::unique_ptr<InversionLimit>& made = limits_[body.archetype];
+  if (!made) made = std::make_unique<InversionLimit>(*body.archetype);
+  return *made;
+}
+
+MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y,
+                             double dt) {
+  if (body.r == 0) return {};
+  VecX q_dot = y.tail(body.r);
+  const InversionLimit& at = limit(body);
+  if (at.allowed_share(body.q + dt * q_dot) == 1.0) return {};
+  return at.stop_closing(body.q, stage.terms.M_q, q_dot);
+}
+
+Configuration InversionGuard::advance(int b, ReducedBody& body, const FreeMotion& stage, VecX y,
+                                      double dt, const MatX& locked) {
+  if (body.r == 0) return advance_pose(body, stage, y, dt);
+  VecX q_dot = y.tail(body.r);
+  const VecX q = body.q + dt * q_dot;
+  const InversionLimit& at = limit(body);
+  const double share = at.allowed_share(q);
+  if (share == 1.0 && locked.size() == 0) return advance_pose(body, stage, y, dt);
+  // the force at the middle, M (q̇ − q̇ⁿ) / (dt/2), on the way from s q to q
+  const VecX force = stage.terms.M_q * (q_dot - body.q_dot) / (0.5 * dt);
+  held_[b] = std::max(0.0, (1.0 - share) * force.dot(q));
+  if (share < 1.0) y.tail(body.r) = (share * q - body.q) / dt;
+  Configuration middle = advance_pose(body, stage, y, dt);
+  middle.locked = locked.size() > 0 ? locked : at.stop_closing(body.q, stage.terms.M_q, q_dot);
+  return middle;
+}
+
+void InversionGuard::stop_held(std::vector<ReducedBody>& bodies, ModalMass mass) const {
+  for (const auto& [b, excess] : held_) {
+    ReducedBody& body = bodies[b];
+    const ConfigurationTerms terms = configuration_terms(body, current_configuration(body), mass);
+    limits_.at(body.archetype)->stop_closing(body.q, terms.M_q, body.q_dot);
+    const double energy = 0.5 * body.q_dot.dot(terms.M_q * body.q_dot);
+    if (excess > 0.0) body.q_dot *= std::sqrt(std::max(0.0, 1.0 - excess / energy));
+  }
+}
+
+std::vector<int> InversionGuard::held() const {
+  std::vector<int> bodies;
+  for (const auto& [b, excess] : held_) bodies.push_back(b);
+  return bodies;
+}
+
+}  // namespace archetide

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "runtime/solid/inversion_limit.h"
+#include "runtime/solid/reduced_body.h"
+
+namespace archetide {
+
+/// Keeps bodies from turning inside out while they step. Modes only: linear and angular momentum
+/// stay as they are, elastic energy and the modes' kinetic energy can only fall. Costs nothing for
+/// rigid bodies, O(r) a step for others that are far from the limit.
+class InversionGuard {
+ public:
+  /// Forgets who was held.
+  void start_step() { held_.clear(); }
+
+  /// Directions (r x k, or empty) in which a step with y (6 + r) would lead beyond the limit from a
+  /// place that is already there: for Configuration::locked, so that what surrounds the body meets
+  /// modes that do not move.
+  MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
+
+  /// advance_pose with modal rates that lead no further than the limit: to s (q + dt q_dot) with
+  /// the largest s <= 1 that is allowed. `locked`: directions that the stage was solved with. If
+  /// there are any, or s < 1, body b is held, and the configuration that is returned keeps the
+  /// velocity stage from closing further what stands at the limit.
+  Configuration advance(int b, ReducedBody& body, const FreeMotion& stage, VecX y, double dt,
+                        const MatX& locked = MatX());
+
+  /// At the end of the step: takes from the held bodies' modal rates what goes on closing elements,
+  /// and the energy that they have from the way that they were not allowed to go.
+  void stop_held(std::vector<ReducedBody>& bodies, ModalMass mass) const;
+
+  /// Bodies that were held in this step, ascending.
+  std::vector<int> held() const;
+  bool holds(int b) const { return held_.count(b) > 0; }
+
+ private:
+  const InversionLimit& limit(const ReducedBody& body);
+
+  std::map<std::shared_ptr<const Archetype>, std::unique_ptr<InversionLimit>> limits_;
+  std::map<int, double> held_;  // body, and work on the part of its way that was cut off, J
+};
+
+}  // namespace archetide

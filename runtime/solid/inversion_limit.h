@@ -1,0 +1,40 @@
+#pragma once
+
+#include "common/archetype.h"
+
+namespace archetide {
+
+/// Linear modes turn elements inside out when they are pulled far enough: nothing in them resists.
+/// This keeps det F >= kLeastVolume with F = 1 + grad(S q), at every tet (linear) or at its ten
+/// nodes (quadratic). An archetype without tets has no limit.
+class InversionLimit {
+ public:
+  static constexpr double kLeastVolume = 0.1;  // of an element, against its rest volume
+
+  /// Keeps a reference to the archetype. O(tets r), once for all its instances.
+  explicit InversionLimit(const Archetype& archetype);
+
+  /// No mode can do harm at q: |grad(S q)| <= sum |q_i| max |grad phi_i| <= 1 - kLeastVolume^(1/3),
+  /// so that every principal stretch, and with it det F, is large enough. O(r), and conservative.
+  bool surely_holds(const VecX& q) const;
+
+  /// The largest s <= 1 such that det F >= kLeastVolume at s' q for all s' <= s. O(r) where
+  /// surely_holds, else O(nodes r + tets).
+  double allowed_share(const VecX& q) const;
+
+  /// Smallest det F, 1 where there are no tets. O(nodes r + tets).
+  double least_volume(const VecX& q) const;
+
+  /// Takes from q_dot what closes elements that stand at the limit, with the least change in the
+  /// modal mass M_q (r x r, kg), so kinetic energy only falls: impulses along n = grad det F >= 0.
+  /// Returns these n, r x k.
+  MatX stop_closing(const VecX& q, const MatX& M_q, VecX& q_dot) const;
+
+ private:
+  VecX displacement(const VecX& q) const;  // S q at the nodes, 3 n
+
+  const Archetype& archetype_;
+  VecX steepest_;  // of each mode, the largest |grad phi| (Frobenius), 1
+};
+
+}  // namespace archetide

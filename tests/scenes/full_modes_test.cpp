@@ -1,0 +1,105 @@
+// modes = "full", from a mesh of tets to a finished run.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "common/byte_stream.h"
+#include "common/complete_basis.h"
+#include "runtime/output/csv.h"
+#include "tests/support/synthetic_archetype.h"
+
+#ifdef ARCHETIDE_PRECOMPUTE_BIN
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FullModes : public testing::Test {
+ protected:
+  FullModes() : folder_(testing::TempDir() + "full_" + std::to_string(::getpid()) + "/") {
+    fs::create_directories(folder_);
+    std::ofstream mesh(folder_ + "bar.mesh");
+    const TetMesh tets = box_tets(Vec3(0.4, 0.2, 0.2), Vec3i(3, 2, 2));  // 36 nodes
+    mesh << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << tets.nodes.size() << "\n";
+    for (const Vec3& x : tets.nodes) mesh << x.transpose() << " 0\n";
+    mesh << "Tetrahedra\n" << tets.tets.size() << "\n";
+    for (const auto& tet : tets.tets) {
+      for (const int node : tet) mesh << node + 1 << ' ';
+      mesh << "1\n";
+    }
+    mesh << "End\n";
+  }
+  ~FullModes() override { fs::remove_all(folder_); }
+
+  /// Exit code; what the program says goes to `err`.
+  int run(const std::string& command) const {
+    const int status = std::system((command + " 2> " + folder_ + "err").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string err() const { return read_whole_file(folder_ + "err"); }
+
+  int build(const std::string& name, const std::string& count, int order) const {
+    std::ofstream(folder_ + name + ".body.toml")
+        << "schema = 1\nmesh = \"bar.mesh\"\ntet = { order = " << order
+        << " }\nmaterial = { density = 900.0, young = 2e4, poisson = 0.3 }\nmodes = { count = "
+        << count << " }\n";
+    return run(ARCHETIDE_PRECOMPUTE_BIN " build " + folder_ + name + ".body.toml -o " + folder_ +
+               name + ".h5");
+  }
+  int simulate(const std::string& archetype, const std::string& modes) const {
+    std::ofstream(folder_ + "s.scene.toml")
+        << "schema = 1\ntime = { end = 0.25, fps = 12 }\n[fluid]\ngrid = [12, 12, 12]\n"
+           "cell = \"1/12\"\nwater = { level = 0.5 }\nwalls = { zmax = \"open\" }\n[[body]]\n"
+           "archetype = \""
+        << archetype << "\"\nposition = [0.5, 0.5, 0.6]\nvelocity = [0, 0, -1]\nmodes = " << modes
+        << "\n";
+    fs::remove_all(folder_ + "out");
+    return run(ARCHETIDE_SIM_BIN " run " + folder_ + "s.scene.toml --archetypes " + folder_ +
+               " -t 1 -o " + folder_ + "out");
+  }
+  Vec3 last_position() const {
+    const CsvTable table = read_csv(folder_ + "out/bodies.csv");
+    const auto last = [&](const char* name) {
+      for (std::size_t c = 0; c < table.names.size(); ++c)
+        if (table.names[c] == name) return table.columns[c].back();
+      return std::nan("");
+    };
+    return {last("x"), last("y"), last("z")};
+  }
+
+  std::string folder_;
+};
+
+TEST_F(FullModes, RunFromAMeshOfTetsWithLinearAndQuadraticElements) {
+  for (const int order : {1, 2}) {
+    ASSERT_EQ(build("bar", "\"full\"", order), 0) << err();
+    const Archetype a = read_archetype(folder_ + "bar.h5");
+    EXPECT_TRUE(has_complete_basis(a));
+    EXPECT_EQ(a.r(), 3 * (order == 1 ? 36 : 175) - 6);
+    if (order == 2) continue;
+    ASSERT_EQ(simulate("bar", "\"full\""), 0) << err();
+    const Vec3 full = last_position();
+    ASSERT_EQ(simulate("bar", "\"all\""), 0) << err();
+    EXPECT_EQ(last_position(), full);
+    ASSERT_EQ(simulate("bar", "0"), 0) << err();
+    EXPECT_GT((last_position() - full).norm(), 1e-5);  // it is soft
+  }
+}
+
+TEST_F(FullModes, AreRefusedFromAnArchetypeThatLeavesSomeOut) {
+  ASSERT_EQ(build("bar", "10", 1), 0) << err();
+  EXPECT_EQ(simulate("bar", "\"full\""), 2);
+  EXPECT_NE(err().find("of the 102 that 36 nodes have"), std::string::npos) << err();
+  EXPECT_NE(err().find("set modes.count = \"full\" in the body file"), std::string::npos) << err();
+  EXPECT_FALSE(fs::exists(folder_ + "out"));
+}
+
+}  // namespace
+}  // namespace archetide
+
+#endif
