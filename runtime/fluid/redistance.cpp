@@ -179,7 +179,7 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
 // psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
 // last digit.
 UpwindAxis upwind_side(double near, double next, double dx) {
-  constexpr double kSteep = 0.25;  // slope from which on it is all second order
+  constexpr double kSteep = 0.05;  // slope from which on it is all second order
   const double fall = near - next;
   const double c = 1.0 + 0.5 * std::clamp(fall / (kSteep * dx), 0.0, 1.0);
   return {near + (1.0 - 1.0 / c) * fall, c};
