@@ -46,6 +46,9 @@ if(TARGET test_scenes)
   add_dependencies(test_scenes archetide-sim)
   set_source_files_properties(tests/scenes/resume_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_SIM_BIN="$<TARGET_FILE:archetide-sim>")
+  add_dependencies(test_scenes archetide-precompute)
+  set_source_files_properties(tests/scenes/paper_scenes_test.cpp PROPERTIES COMPILE_DEFINITIONS
+    "ARCHETIDE_SIM_BIN=\"$<TARGET_FILE:archetide-sim>\";ARCHETIDE_PRECOMPUTE_BIN=\"$<TARGET_FILE:archetide-precompute>\";ARCHETIDE_ASSETS=\"${CMAKE_SOURCE_DIR}/assets\"")
 endif()
 
 # Programs that print measured figures (named in the README); built with the rest so that they do not rot.
