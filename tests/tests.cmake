@@ -48,8 +48,11 @@ if(TARGET test_scenes)
     ARCHETIDE_SIM_BIN="$<TARGET_FILE:archetide-sim>")
   if(TARGET archetide-precompute)
     add_dependencies(test_scenes archetide-precompute)
-    set_source_files_properties(tests/scenes/full_modes_test.cpp PROPERTIES COMPILE_DEFINITIONS
-      "ARCHETIDE_SIM_BIN=\"$<TARGET_FILE:archetide-sim>\";ARCHETIDE_PRECOMPUTE_BIN=\"$<TARGET_FILE:archetide-precompute>\"")
+    set(programs "ARCHETIDE_SIM_BIN=\"$<TARGET_FILE:archetide-sim>\""
+                 "ARCHETIDE_PRECOMPUTE_BIN=\"$<TARGET_FILE:archetide-precompute>\""
+                 "ARCHETIDE_ASSETS=\"${CMAKE_SOURCE_DIR}/assets\"")
+    set_source_files_properties(tests/scenes/full_modes_test.cpp tests/scenes/paper_scenes_test.cpp
+      PROPERTIES COMPILE_DEFINITIONS "${programs}")
   endif()
 endif()
 

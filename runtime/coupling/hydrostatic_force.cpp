@@ -78,6 +78,21 @@ bool all_deep(const Grid& g, const WetSurface& s, const PressureSystem& water) {
                      [&](const Vec3i& t) { return is_deep(g, water, CellCorners(g, s, t)); });
 }
 
+// The polygon as triangles about its middle, so that the sum does not depend on the corner that
+// comes first where h is not linear.
+template <class H>
+void add_polygon(const ClipPolygon& part, const H& h_at, TriangleForce& triangle) {
+  if (part.n < 3) return;
+  Vec3 middle = Vec3::Zero();
+  for (int a = 0; a < part.n; ++a) middle += part.corner[a].bary / part.n;
+  const double h_middle = h_at(middle);
+  for (int a = 0; a < part.n; ++a) {
+    const Vec3 w[3] = {middle, part.corner[a].bary, part.corner[(a + 1) % part.n].bary};
+    const double h[3] = {h_middle, h_at(w[1]), h_at(w[2])};
+    triangle.add(w, h);
+  }
+}
+
 std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
                             const std::vector<Vec3>& read_points, const PressureSystem& water,
                             Loads loads) {
@@ -135,11 +150,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
           if (kind_of_h == Pressure::kUnderInterface) return rho_g.dot(to_interface);
           return rho_g.dot(at - to_interface - hydro.reference) - back;
         };
-        for (int a = 1; a + 1 < part.n; ++a) {
-          const Vec3 w[3] = {part.corner[0].bary, part.corner[a].bary, part.corner[a + 1].bary};
-          const double h[3] = {h_at(w[0]), h_at(w[1]), h_at(w[2])};
-          triangle.add(w, h);
-        }
+        add_polygon(part, h_at, triangle);
       }
     });
   }

@@ -31,6 +31,18 @@ CellKind classify(const Grid& g, const Array3<double>& phi, const FaceField<doub
   return wet_point(g, phi, open, c).phi < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
 }
 
+// Slope of phi from cell c along an axis to the side where the water lies: mirror images have
+// mirrored ones, and none where no cell is.
+double slope_towards(const Grid& g, const Array3<double>& phi, const Vec3i& c, int axis,
+                     double direction) {
+  const int side = direction < 0.0 ? -1 : 1;
+  for (const int sign : {side, -side}) {
+    const Vec3i n = neighbour(c, axis, sign);
+    if (in_grid(g, n)) return sign * (phi(n[0], n[1], n[2]) - phi(c[0], c[1], c[2])) / g.dx;
+  }
+  return 0.0;
+}
+
 // Sums of one plane of cells, added in plane order so that the result does not depend on threads.
 struct PlaneSums {
   double value = 0.0;
@@ -92,7 +104,7 @@ WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<dou
   if (mean >= 1.0 || largest == 0.0) return p;
   const Vec3 offset = 0.5 * g.dx * (1.0 - mean) / largest * towards;
   p.x += offset;
-  p.phi += offset.dot(interpolate_gradient(g, phi, p.x - offset));
+  for (int a = 0; a < 3; ++a) p.phi += offset[a] * slope_towards(g, phi, c, a, offset[a]);
   return p;
 }
 

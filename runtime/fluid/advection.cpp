@@ -181,12 +181,12 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     double low, high;
     source.range(foot[n], low, high);
     const double back = first_order.at(base, s[0].f, s[1].f, s[2].f);
-    result[n] = std::min(std::max(hat[n] + 0.5 * (f[n] - back), low), high);
     double v[3];
     face_velocity<A>(g, u, i, j, k, v);
     const int at[3] = {i, j, k};
     const double c[3] = {h * v[0], h * v[1], h * v[2]};
-    result[n] -= kUpwind * biharmonic(f, valid, at, n, c);
+    const double better = hat[n] + 0.5 * (f[n] - back) - kUpwind * biharmonic(f, valid, at, n, c);
+    result[n] = std::min(std::max(better, low), high);
   });
 }
 

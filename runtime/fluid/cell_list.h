@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -24,6 +25,14 @@ Ijk unravel(const Array3<T>& a, int n) {
 
 /// Shorter lists are not worth waking the threads for.
 constexpr int kParallelFrom = 2048;
+
+/// `value`, but `old` where they differ by at most `rounding`; from there to twice as much in
+/// between, so that nothing hangs on a last digit.
+inline double unless_rounding(double old, double value, double rounding) {
+  const double change = value - old;
+  if (std::abs(change) >= 2.0 * rounding) return value;
+  return old + std::max(std::abs(change) / rounding - 1.0, 0.0) * change;
+}
 
 /// Joins the parts in their order.
 template <class T>

@@ -60,12 +60,12 @@ void grow_constant(Array3<double>& f, Mask& valid, int layers, int done = 0) {
   grow(
       f, valid, layers,
       [&](int n) {
-        double sum = 0.0;
+        double sums[3] = {0.0, 0.0, 0.0};
         int count = 0;
-        for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
-          if (known(valid, m)) sum += f[m], ++count;
+        for_each_neighbour(valid, unravel(valid, n), n, [&](int axis, int, int m) {
+          if (known(valid, m)) sums[axis] += f[m], ++count;
         });
-        return sum / count;
+        return (sums[0] + sums[1] + sums[2]) / count;
       },
       done);
 }
@@ -93,18 +93,19 @@ void grow_linear(Array3<double>& f, Mask& valid, int layers) {
   grow(f, valid, layers, [&](int n) {
     const Ijk c = unravel(valid, n);
     const int at[3] = {c.i, c.j, c.k};
-    double sum = 0.0;
+    double sums[3] = {0.0, 0.0, 0.0};
     int count = 0;
     for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
       if (!known(valid, m)) return;
-      sum += f[m], ++count;
+      ++count;
+      double value = f[m];
       const int end = at[axis] + 4 * side, step = side * stride[axis];
-      if (end < 0 || end >= size[axis]) return;
       const int p = m + step, q = p + step, r = q + step;
-      if (known(valid, p) && known(valid, q) && known(valid, r))
-        sum += trusted_slope(f[m] - f[p], f[p] - f[q], f[q] - f[r]);
+      if (end >= 0 && end < size[axis] && known(valid, p) && known(valid, q) && known(valid, r))
+        value += trusted_slope(f[m] - f[p], f[p] - f[q], f[q] - f[r]);
+      sums[axis] += value;
     });
-    return sum / count;
+    return (sums[0] + sums[1] + sums[2]) / count;
   });
 }
 
@@ -217,7 +218,7 @@ Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int
         left.push_back(n);
         continue;
       }
-      if (std::abs(values[t] - phi[n]) > kUnchanged * g.dx) phi[n] = values[t];
+      phi[n] = unless_rounding(phi[n], values[t], kUnchanged * g.dx);
       valid[n] = sheet[n] = 1;
       front.push_back(n);
     }
@@ -243,7 +244,7 @@ void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int
     valid[n] = solid[n] == 0 || (sheet.size() != 0 && sheet[n] != 0);
   grow(phi, valid, layers, [&](int n) {
     const double value = line_extension(phi, valid, n, g.dx, band);
-    return std::abs(value - phi[n]) <= kUnchanged * g.dx ? phi[n] : value;
+    return unless_rounding(phi[n], value, kUnchanged * g.dx);
   });
 }
 

@@ -174,27 +174,35 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
   return psi;
 }
 
-// The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive. Where
-// both neighbours are equally near, the nearer of what they imply: mirror images stay mirror
-// images.
+// What one neighbour of a cell says, m: `near` next to it, `next` beyond. Where distances come down
+// towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
+// psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
+// last digit.
+UpwindAxis upwind_side(double near, double next, double dx) {
+  constexpr double kSteep = 0.05;  // slope from which on it is all second order
+  const double fall = near - next;
+  const double c = 1.0 + 0.5 * std::clamp(fall / (kSteep * dx), 0.0, 1.0);
+  return {near + (1.0 - 1.0 / c) * fall, c};
+}
+
+// The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive. Of
+// two neighbours the one that implies the smaller distance.
 UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double dx,
                        double band, bool second_order) {
-  // Beyond a change of sign that is no surface nothing is known; there distances jump.
-  const auto value = [&](int step) { return sign * p[step] >= 0.0 ? sign * p[step] : band; };
-  const double low = i > 0 ? value(-stride) : band;
-  const double high = i < n - 1 ? value(stride) : band;
-  const double near = std::min(low, high);
-  if (!second_order || near >= band) return {near, 1.0};
-  // (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 - psi_2)/3)
-  UpwindAxis axis{near, 1.0};
+  UpwindAxis nearest{band, 1.0};
   for (const int side : {-1, 1}) {
-    if ((side < 0 ? low : high) != near || i + 2 * side < 0 || i + 2 * side >= n) continue;
-    const double next = sign * p[2 * side * stride];
-    const bool jump = next < 0.0 && near - next > kJump * dx;
-    if (!jump && next <= near && (axis.c == 1.0 || near + (near - next) / 3.0 < axis.b))
-      axis = {near + (near - next) / 3.0, 1.5};
+    if (i + side < 0 || i + side >= n) continue;
+    // Beyond a change of sign that is no surface nothing is known; there distances jump.
+    const double near = sign * p[side * stride];
+    if (near < 0.0 || near >= band) continue;
+    UpwindAxis axis{near, 1.0};
+    if (second_order && i + 2 * side >= 0 && i + 2 * side < n) {
+      const double next = sign * p[2 * side * stride];
+      if (next >= 0.0 || near - next <= kJump * dx) axis = upwind_side(near, next, dx);
+    }
+    if (axis.b + dx / axis.c < nearest.b + dx / nearest.c) nearest = axis;
   }
-  return axis;
+  return nearest;
 }
 
 // Distance (m, on the side of n) that the neighbours of n imply, at most `band`.
@@ -303,7 +311,7 @@ void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& sol
   // Take what changed by more than rounding.
 #pragma omp parallel for
   for (std::size_t n = 0; n < phi.size(); ++n)
-    if (!(std::abs(out[n] - phi[n]) <= kUnchanged * g.dx)) phi[n] = out[n];
+    phi[n] = unless_rounding(phi[n], out[n], kUnchanged * g.dx);
 }
 
 }  // namespace archetide

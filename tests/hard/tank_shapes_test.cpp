@@ -221,15 +221,15 @@ std::vector<ReducedBody> four_balls(double density) {
 }
 
 // Four balls that mirror each other and one in the middle fall into still water. (Icospheres are
-// their own mirror images, triangles and all.)
-TEST(H29MirrorSymmetry, BallsFallAsTheirMirrorImages) {
+// their own mirror images, triangles and all.) Returns how far the bodies part by then, m.
+double mirror_asymmetry(double end) {
   SimulationOptions o = unit_tank(24);
-  o.tolerance = 1e-12;
+  o.tolerance = 1e-14;
   std::vector<ReducedBody> bodies = four_balls(500.0);
   bodies.push_back(rigid_ball(0.12, 700.0, Vec3(0.5, 0.5, 0.6)));
   Simulation s(o, water_to(o.grid, 0.4), bodies, {});
-  double asymmetry = 0.0, dry = 0.0;
-  run_to(s, 0.3, 0.02, [&](const StepReport& r) {
+  double asymmetry = 0.0;
+  run_to(s, end, 0.02, [&](const StepReport&) {
     const auto& b = s.bodies();
     asymmetry = std::abs(b[4].position[0] - 0.5) + std::abs(b[4].position[1] - 0.5);
     for (int n = 1; n < 4; ++n) {
@@ -237,12 +237,19 @@ TEST(H29MirrorSymmetry, BallsFallAsTheirMirrorImages) {
                           (n & 1) ? 1.0 - b[n].position[1] : b[n].position[1], b[n].position[2]);
       asymmetry = std::max(asymmetry, (mirrored - b[0].position).norm());
     }
-    if (r.t < 0.11) dry = asymmetry;  // they touch the water at 0.09 s
   });
-  expect_at_most("asymmetry of the bodies at the first touch, m", dry, 1e-10);
-  // Measured 5e-4: building distances picks one of two equally good neighbours by their last digit,
-  // which the splash then makes larger. The aim is 1e-10 as before the splash.
-  expect_at_most("asymmetry after 0.3 s, m", asymmetry, 1e-3);
+  return asymmetry;
+}
+
+// They touch the water at 0.09 s. Measured 2e-12: what the solves leave, 1e-12 of the pressure.
+TEST(H29MirrorSymmetry, BallsFallAsTheirMirrorImages) {
+  expect_at_most("asymmetry of the bodies after 0.3 s, m", mirror_asymmetry(0.3), 1e-10);
+}
+// A splash is chaotic: what round-off begins grows without a jump by three or four digits a second
+// once the waves break. Measured 8e-10 after 1 s, 3e-4 after 5 s.
+TEST(SlowH29MirrorSymmetry, AsymmetryGrowsWithoutAJump) {
+  expect_at_most("asymmetry of the bodies after 1 s, m", mirror_asymmetry(1.0), 1e-8);
+  expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(5.0), 1e-2);
 }
 
 TEST(H30Threads, ResultsDoNotDependOnTheirNumber) {
@@ -296,24 +303,80 @@ TEST(H34LoneCells, DropsOfOneCellFallAndNothingIsSingular) {
 
 // ---- H36: very many steps ----------------------------------------------------------------------
 
-TEST(SlowH36ManySteps, RingFloatsStillForTenThousandSteps) {
+// A ring whose tube has a radius of 1.6 cells; `height`: of its centre, where 0.5 m is equilibrium.
+Simulation floating_ring(double height) {
   SimulationOptions o = unit_tank(16);
   o.tolerance = 1e-8;
   ReducedBody ring = make_body(rigid_surface_archetype(torus_surface(0.22, 0.1, 48, 24), 500.0),
                                0);  // floats flat
-  ring.position = Vec3(0.5, 0.5, 0.5);
-  Simulation s(o, water_to(o.grid, 0.5), {ring}, {});
-  double first = 0.0, drift = 0.0;
-  for (int n = 0; n < 10000; ++n) {
+  ring.position = Vec3(0.5, 0.5, height);
+  return Simulation(o, water_to(o.grid, 0.5), {ring}, {});
+}
+
+void expect_ring_stays_still(int steps) {
+  Simulation s = floating_ring(0.5);
+  const Vec3 start = s.bodies()[0].position;
+  double first = 0.0, drift = 0.0, speed = 0.0;
+  for (int n = 0; n < steps; ++n) {
     const StepReport r = s.step(0.01);
     if (n == 0) first = r.water_volume;
     drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    speed = std::max(speed, r.max_speed);
   }
   const ReducedBody& b = s.bodies()[0];
-  expect_at_most("volume drift in 1e4 steps", drift, 0.005);
+  // nothing moves but round-off (measured after 3000 steps: 7e-13, 9e-13 m/s, 3e-12 cells)
+  expect_at_most("volume drift", drift, 1e-10);
+  expect_at_most("largest speed, m/s", speed, 1e-9);
   expect_at_most("|quaternion| - 1", std::abs(b.rotation.norm() - 1.0), 1e-12);
-  expect_at_most("horizontal drift, cells", (b.position - ring.position).head<2>().norm() * 16,
-                 1.0);
+  expect_at_most("horizontal drift, cells", (b.position - start).head<2>().norm() * 16, 1e-9);
+}
+TEST(H36ManySteps, RingAndWaterStayStill) { expect_ring_stays_still(100); }
+TEST(SlowH36ManySteps, RingAndWaterStayStillForTenThousandSteps) { expect_ring_stays_still(10000); }
+
+// Let go half a cell too low it bobs, and waves run through the tank for long. The aim is that they
+// gain nothing; measured every 4 s, kinetic energy is 0.5 J in the first 10 s and at most 3.0 J in
+// 40 s (738 J in 32 s before eddies were damped): a slow gain is left.
+TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
+  Simulation s = floating_ring(0.47);
+  double first = 0.0, drift = 0.0, early = 0.0, late = 0.0;
+  for (int n = 0; n < 4000; ++n) {
+    const StepReport r = s.step(0.01);
+    if (n == 0) first = r.water_volume;
+    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    double& most = n < 1000 ? early : late;
+    most = std::max(most, r.water_kinetic + r.body_kinetic);
+  }
+  expect_at_most("volume drift in 40 s", drift, 0.005);
+  expect_at_most("largest kinetic energy after 10 s against before", late / early, 20.0);
+}
+
+// Eddies that the grid does not resolve, at a small step: without the dissipation of the upwind
+// differences their energy grew fourfold in 10 s, and without bound in a tank with an open top.
+TEST(H36ManySteps, EddiesGainNoEnergy) {
+  SimulationOptions o;
+  o.grid = {16, 16, 8, 1.0 / 16, Vec3::Zero()};
+  o.has_water = true;
+  o.gravity.setZero();
+  FluidState eddies = water_to(o.grid, INFINITY);
+  set_velocity(
+      o.grid,
+      [](const Vec3& x) {
+        const Vec3 gyre(std::sin(M_PI * x[0]) * std::cos(M_PI * x[1]),
+                        -std::cos(M_PI * x[0]) * std::sin(M_PI * x[1]), 0.0);
+        return Vec3(2.0 * gyre + 0.2 * Vec3(std::sin(7 * x[1] + 5 * x[2]),
+                                            std::cos(3 * x[2] + 6 * x[0]),
+                                            std::sin(4 * x[0] + 9 * x[1])));
+      },
+      eddies);
+  Simulation s(o, eddies, {}, {});
+  double first = 0.0, most = 0.0, last = 0.0;
+  for (int n = 0; n < 1000; ++n) {
+    last = s.step(0.01).water_kinetic;
+    if (first == 0.0) first = last;
+    most = std::max(most, last / first);
+  }
+  expect_at_most("largest kinetic energy against the start", most, 1.03);
+  expect_at_most("kinetic energy after 10 s against the start", last / first, 0.7);
 }
 
 // ---- H37: vortex sheet behind a plate ----------------------------------------------------------

@@ -1,0 +1,90 @@
+// The contact scenes of the paper (Figs. 3, 6, 7, 10), coarse: archetypes and runs by the programs.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "runtime/output/csv.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Coarse {
+  std::string scene, archetype, grid, cell;  // grid in cells
+  double end = 0.0;                          // s
+};
+
+int shell(const std::string& command) {
+  const int status = std::system((command + " >/dev/null").c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+class PaperScenes : public ::testing::TestWithParam<Coarse> {
+ protected:
+  PaperScenes()
+      : folder_(testing::TempDir() + "paper_" + GetParam().scene + std::to_string(::getpid())) {
+    fs::create_directories(folder_);
+  }
+  ~PaperScenes() override { fs::remove_all(folder_); }
+
+  int build_archetype() const {
+    const std::string& name = GetParam().archetype;
+    return shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" + name +
+                 ".body.toml -o " + folder_ + "/" + name + ".h5");
+  }
+  int run() const {
+    const Coarse& c = GetParam();
+    return shell(ARCHETIDE_SIM_BIN " run " ARCHETIDE_ASSETS "/scenes/" + c.scene +
+                 ".scene.toml -q -t 1 --archetypes " + folder_ + " -o " + folder_ +
+                 "/run --set fluid.particles=absent --set coupling.tolerance=1e-5" +
+                 " --set 'fluid.grid=" + c.grid + "' --set fluid.cell=" + c.cell +
+                 " --set time.end=" + std::to_string(c.end));
+  }
+  std::string folder_;
+};
+
+double largest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+double mean_of_last(const std::vector<double>& values, std::size_t count) {
+  double sum = 0.0;
+  for (std::size_t n = values.size() - count; n < values.size(); ++n) sum += values[n];
+  return sum / static_cast<double>(count);
+}
+
+// No step is rejected, bodies stay in the tank and overlap by less than a cell, and what they
+// expect (`[expect]` and `[limits]` of the scene: deformation, 5 % of volume) holds: exit code 0.
+TEST_P(PaperScenes, RunsCoarse) {
+  ASSERT_EQ(build_archetype(), 0);
+  ASSERT_EQ(run(), 0);
+  const CsvTable stats = read_csv(folder_ + "/run/stats.csv");
+  const double dx = 1.0 / std::stod(GetParam().cell.substr(2));
+  const auto penetration = stats.column("max_penetration");
+  std::printf("measured: %s: %zu steps, overlap at most %.3f cells, at the end %.4f (mean %.4f), ",
+              GetParam().scene.c_str(), stats.rows(), largest(penetration) / dx,
+              mean_of_last(penetration, 5) / dx,
+              mean_of_last(stats.column("mean_penetration"), 5) / dx);
+  std::printf("iterations at most %.0f, rejected steps %.0f\n", largest(stats.column("iterations")),
+              largest(stats.column("halvings")));
+  EXPECT_LE(largest(penetration) / dx, 1.0);
+  EXPECT_LE(largest(stats.column("halvings")), 0.0);
+  const CsvTable bodies = read_csv(folder_ + "/run/bodies.csv");
+  EXPECT_GE(*std::min_element(bodies.column("z").begin(), bodies.column("z").end()), 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Slow, PaperScenes,
+    ::testing::Values(Coarse{"starfish", "starfish", "[32,32,32]", "1/32", 1.5},
+                      Coarse{"tori15", "torus", "[48,48,16]", "1/16", 1.5},
+                      Coarse{"tori50", "torus", "[64,64,16]", "1/16", 2.0},
+                      Coarse{"starfish150", "starfish", "[56,88,16]", "1/16", 2.0}),
+    [](const auto& at) { return at.param.scene; });
+
+}  // namespace
+}  // namespace archetide
