@@ -235,7 +235,8 @@ void Coupling::assemble(const FreeSurface& surface) {
   }
   assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,
                            system_);
-  is_water_.resize(g.nx, g.ny, g.nz);
+  if (is_water_.size() != g.cells()) is_water_.resize(g.nx, g.ny, g.nz);
+#pragma omp parallel for simd schedule(static)
   for (std::size_t n = 0; n < is_water_.size(); ++n)
     is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
 }

@@ -79,12 +79,12 @@ void face_velocity(const Grid& g, const MacField& u, int i, int j, int k, double
 template <int A>
 void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i, int j, int k,
               double h, Slot s[3]) {
-  double v[3], x[3] = {i + 0.5, j + 0.5, k + 0.5}, y[3];
-  x[A] -= 0.5;
+  double v[3];
   face_velocity<A>(g, u, i, j, k, v);
-  sampler.trace(x, v, h, y);
-  for (int b = 0; b < 3; ++b)
-    s[b] = b == A ? clamped_slot(y[b], g.size(b) + 1) : clamped_slot(y[b] - 0.5, g.size(b));
+  const Axes x = {A == 0 ? i : i + 0.5, A == 1 ? j : j + 0.5, A == 2 ? k : k + 0.5, 0.0};
+  Axes y;
+  sampler.trace(x, Axes{v[0], v[1], v[2], 0.0}, h, y);
+  sampler.slots<A>(y, s);
 }
 
 // Weighted mean over the valid corners; `otherwise` when there are none.
