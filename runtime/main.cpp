@@ -4,13 +4,11 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include "common/atomic_file.h"
 #include "common/cli.h"
 #include "runtime/bench/bench.h"
+#include "runtime/grid/keep_memory.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/failure_folder.h"
@@ -624,11 +622,6 @@ int program(int argc, char** argv) {
 }  // namespace archetide
 
 int main(int argc, char** argv) {
-#ifdef __GLIBC__
-  // The fields of a step are freed and asked for again in the next: kept, not handed back to the
-  // system, which would clear every page of them again (6 % of a step at 192^3).
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, -1);
-#endif
+  archetide::keep_freed_memory();
   return archetide::guarded_main([&] { return archetide::program(argc, argv); });
 }

@@ -194,7 +194,9 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     total.residual = r.residual;
     total.converged = r.converged;
     total.setup_seconds += r.setup_seconds;
+    total.setup_cpu_seconds += r.setup_cpu_seconds;
     total.solve_seconds += r.solve_seconds;
+    total.solve_cpu_seconds += r.solve_cpu_seconds;
     bool changed = false;
     for (std::size_t b = 0; b < n; ++b) {
       if (rows[b].rows() == 0) continue;
