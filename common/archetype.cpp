@@ -10,6 +10,7 @@
 #include "common/input_error.h"
 #include "common/sha256.h"
 #include "common/skin.h"
+#include "common/swelling.h"
 
 namespace archetide {
 namespace {
@@ -318,6 +319,7 @@ Archetype read_archetype(const std::string& path, Part part) {
   } catch (const AssertionError& wrong) {
     file.fail(wrong.what());
   }
+  a.swelling = second_order_swelling(a.surface, a.surface_modes);
   return a;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/grid_sdf.h"
+#include "common/swelling.h"
 #include "common/tet_mesh.h"
 #include "common/tri_mesh.h"
 #include "common/types.h"
@@ -82,6 +83,7 @@ struct Archetype {
   VecX frequency_error;        // estimated relative error of each vibration mode's frequency
                                // (mesh refinement; positive: too high), or empty: not estimated
   MatX surface_modes;          // 3 ns x r, m per unit q; row 3 v + axis
+  Swelling swelling;           // second_order_swelling() of these; derived, not stored
   MatX node_modes;             // 3 n x r (empty when read with Part::kRuntime)
   MatX M_r, K_r;               // r x r, reduced mass (kg) and stiffness (N/m)
   MomentumIntegrals integrals;

@@ -12,6 +12,7 @@
 #include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "common/surface_io.h"
+#include "common/swelling.h"
 #include "precompute/cut.h"
 #include "precompute/defects.h"
 #include "precompute/frequency_error.h"
@@ -226,6 +227,7 @@ void take_modes(ModesResult&& modes, Archetype& a) {
     a.surface_modes.middleRows<3>(3 * static_cast<Eigen::Index>(v)) =
         a.node_modes.middleRows<3>(3 * a.surface_to_node[v]);
   }
+  a.swelling = second_order_swelling(a.surface, a.surface_modes);
 }
 
 void note_intake(const IntakeReport& intake, BuildRecord& record) {

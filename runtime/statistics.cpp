@@ -94,19 +94,17 @@ double largest_surface_speed(const ReducedBody& body) {
       configuration_terms(body, current_configuration(body), ModalMass::kExact);
   const Archetype& a = *body.archetype;
   const Mat3 R = body.rotation.toRotationMatrix();
-  const Vec3 spin = R.transpose() * frame_spin(terms, body.L, body.q_dot);
-  const Vec3 v = R.transpose() * body.P / terms.mass;
-  VecX x = VecX::Zero(a.surface_modes.rows()), x_dot = x;
-  if (body.r > 0) {
-    x = a.surface_modes.leftCols(body.r) * body.q;
-    x_dot = a.surface_modes.leftCols(body.r) * body.q_dot;
-  }
+  const Vec3 spin = frame_spin(terms, body.L, body.q_dot),
+             v = body.P / terms.mass + R * (terms.shape.shift_rate * body.q_dot);
+  const VecX x_dot = terms.shape.s * (a.surface_modes.leftCols(body.r) * body.q_dot);
+  const double swelling = terms.shape.slope.dot(body.q_dot);  // d ln s / dt, 1/s
+  std::vector<Vec3> arms;
+  deformed_places(body, a.surface.vertices, a.surface_modes, Vec3::Zero(), arms);
   double fastest = 0.0;
-  for (std::size_t n = 0; n < a.surface.vertices.size(); ++n) {
-    const auto at = static_cast<Eigen::Index>(3 * n);
-    const Vec3 u = x_dot.size() ? Vec3(x_dot.segment<3>(at)) : Vec3(Vec3::Zero());
-    const Vec3 y = a.surface.vertices[n] + (x.size() ? Vec3(x.segment<3>(at)) : Vec3(Vec3::Zero()));
-    fastest = std::max(fastest, (v + spin.cross(y) + u).squaredNorm());
+  for (std::size_t n = 0; n < arms.size(); ++n) {
+    const Vec3 modal = R * x_dot.segment<3>(3 * static_cast<Eigen::Index>(n));
+    fastest =
+        std::max(fastest, (v + spin.cross(arms[n]) + swelling * arms[n] + modal).squaredNorm());
   }
   return std::sqrt(fastest);
 }

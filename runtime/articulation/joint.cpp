@@ -9,7 +9,7 @@ namespace {
 
 /// Moment arm of an attached point, world, m.
 Vec3 arm_of(const ReducedBody& body, const AttachedPoint& point) {
-  return body.rotation * (point.rest + point.modes * body.q);
+  return deformed_arm(body, point.rest, point.modes);
 }
 
 MatX jacobian(const ReducedBody& body, const ConfigurationTerms& terms,
@@ -60,11 +60,12 @@ AttachedPoint attach(const ReducedBody& body, const Vec3& rest) {
   return point;
 }
 
-// rest + phi(rest) q = R^T (place - t): modes from a few turns of the fixed point (none where the
-// body is not deformed), the rest place then exactly.
+// rest + phi(rest) q = (R^T (place - t) - d) / s: modes from a few turns of the fixed point (none
+// where the body is not deformed), the rest place then exactly.
 AttachedPoint attach_at(const ReducedBody& body, const Vec3& place) {
   constexpr int kTurns = 5;
-  const Vec3 here = body.rotation.conjugate() * (place - body.position);
+  const ShapeCorrection shape = shape_correction(body, body.q);
+  const Vec3 here = (body.rotation.conjugate() * (place - body.position) - shape.shift) / shape.s;
   AttachedPoint point = attach(body, here);
   for (int turn = 0; turn < kTurns && !body.q.isZero(0.0); ++turn)
     point = attach(body, here - point.modes * body.q);

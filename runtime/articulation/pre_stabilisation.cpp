@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "runtime/articulation/anderson.h"
+
 namespace archetide {
 namespace {
 
@@ -15,13 +17,29 @@ std::vector<ReducedBody> advanced(const std::vector<ReducedBody>& bodies,
   return moved;
 }
 
+VecX stacked(const std::vector<VecX>& parts) {
+  long size = 0, at = 0;
+  for (const VecX& p : parts) size += p.size();
+  VecX out(size);
+  for (const VecX& p : parts) out.segment(at, p.size()) = p, at += p.size();
+  return out;
+}
+
+/// The same shape as `like`.
+std::vector<VecX> unstacked(const VecX& all, const std::vector<VecX>& like) {
+  std::vector<VecX> out;
+  long at = 0;
+  for (const VecX& p : like) out.push_back(all.segment(at, p.size())), at += p.size();
+  return out;
+}
+
 }  // namespace
 
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, double dt, double tolerance,
                             std::vector<VecX>& y) {
-  constexpr int kMaxTurns = 60;
+  constexpr int kMaxTurns = 60, kDepth = 8;
   PreStabilised out;
   std::vector<const ReducedBody*> at;
   std::vector<const ConfigurationTerms*> terms;
@@ -43,6 +61,8 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
 
   out.impulse.resize(bodies.size());
   for (const int b : held.bodies()) out.impulse[b] = VecX::Zero(bodies[b].dofs());
+  Anderson faster(kDepth);
+  VecX lambda;
   for (;; ++out.turns) {
     const std::vector<ReducedBody> moved = advanced(bodies, motions, held, y, dt);
     out.drift = joint_drift(joints, moved);
@@ -50,7 +70,12 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     if (out.converged || out.turns == kMaxTurns || !std::isfinite(out.drift)) return out;
     std::vector<VecX> closing;
     for (const Joint& joint : joints) closing.push_back(joint_gap(joint, moved) / -dt);
-    const std::vector<VecX> f = held.impulses(held.solve(closing));
+    const std::vector<VecX> chord = held.solve(closing);
+    const VecX newton = stacked(chord);
+    if (lambda.size() == 0) lambda = VecX::Zero(newton.size());
+    const VecX step = faster.step(lambda, newton);
+    lambda += step;
+    const std::vector<VecX> f = held.impulses(unstacked(step, chord));
     for (const int b : held.bodies()) {
       out.impulse[b] += f[b];
       y[b] += inverse[b] * f[b];

@@ -19,8 +19,8 @@ struct PreStabilised {
 /// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
 /// body; `y`: its velocities, in and out.
 ///
-/// Newton's method with a_33 at x^n for the derivative: lambda -= a_33^+ gap / dt, until the
-/// largest gap is below `tolerance` (m).
+/// Newton's method with a_33 at x^n for the derivative, lambda -= a_33^+ gap / dt, accelerated
+/// (Anderson), until the largest gap is below `tolerance` (m).
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, double dt, double tolerance,

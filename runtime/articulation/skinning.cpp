@@ -65,12 +65,7 @@ std::vector<char> skinned_bodies(std::size_t count, const std::vector<SkinnedBod
 }
 
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms) {
-  const Mat3 R = body.rotation.toRotationMatrix();
-  const VecX u = body.r > 0 ? VecX(share.modes.leftCols(body.r) * body.q)
-                            : VecX(VecX::Zero(3 * static_cast<long>(share.rest.size())));
-  arms.resize(share.rest.size());
-  for (std::size_t k = 0; k < arms.size(); ++k)
-    arms[k] = R * (share.rest[k] + u.segment<3>(3 * static_cast<long>(k)));
+  deformed_places(body, share.rest, share.modes, Vec3::Zero(), arms);
 }
 
 std::vector<Joint> skin_joints(const SkinnedBodies& skin, const std::vector<ReducedBody>& bodies) {

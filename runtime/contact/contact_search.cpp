@@ -26,8 +26,7 @@ bool overlap(const Box& p, const Box& q) {
 
 /// A ball around the body at any deformation, widened by its margin: O(r).
 Box loose_box(const ReducedBody& body, const ContactShape& shape, double margin) {
-  const double radius =
-      shape.reach.rest + shape.reach.modes.head(body.r).dot(body.q.cwiseAbs()) + margin;
+  const double radius = farthest_point(body, shape.reach) + margin;
   return {body.position - Vec3::Constant(radius), body.position + Vec3::Constant(radius)};
 }
 

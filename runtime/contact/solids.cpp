@@ -57,6 +57,9 @@ bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
 
 DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
     : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
+  const ShapeCorrection shape_now = shape_correction(body, body.q);
+  scale_ = shape_now.s;
+  middle_ = centre_ + R_ * shape_now.shift;
   std::vector<Vec3> points;
   surface_points(body, points);
   samples_.reserve(shape.samples.size());
@@ -98,7 +101,7 @@ Mat3 DeformedBody::displacement_gradient(const Vec3& rest) const {
 }
 
 double DeformedBody::least_gap(const Vec3& x) const {
-  return shape_->sdf().value(R_.transpose() * (x - centre_)) - largest_shift_;
+  return scale_ * (shape_->sdf().value(unscaled(x)) - largest_shift_);
 }
 
 // Newton's method for X + u(X) = y; where the modes fold space over there is no answer.
@@ -118,16 +121,16 @@ bool DeformedBody::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
 }
 
 bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
-  Vec3 rest = R_.transpose() * (x - centre_);
+  Vec3 rest = unscaled(x);
   Mat3 stretch = Mat3::Identity();
   if (lattice_.size() > 0 && !undeform(Vec3(rest), rest, stretch)) return false;
   const double distance = shape_->sdf().value(rest);
-  if (distance > kLargestSlope * within) return false;
+  if (scale_ * distance > kLargestSlope * within) return false;
   // grad_y phi(X(y)) = (1 + du/dX)^-T grad phi
   Vec3 g = smooth_gradient(shape_->sdf(), rest);
   if (lattice_.size() > 0) g = stretch.transpose().inverse() * g;
   const double slope = std::max(g.norm(), 1e-12);
-  at = {distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
+  at = {scale_ * distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
   return at.gap <= within;
 }
 

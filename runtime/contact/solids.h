@@ -54,8 +54,8 @@ class StaticSolid : public TouchedSolid {
 };
 
 /// One body at one configuration: its samples in space, and, as a solid, the inverse of its
-/// deformation, X + u(X) = y on the mode lattice: O(1) a query after O(lattice r) of set-up, and
-/// nothing that outlives the search.
+/// deformation, s (X + u(X)) + d = y on the mode lattice: O(1) a query after O(lattice r) of
+/// set-up, and nothing that outlives the search.
 class DeformedBody : public TouchedSolid {
  public:
   DeformedBody(const ReducedBody& body, const ContactShape& shape);
@@ -76,6 +76,8 @@ class DeformedBody : public TouchedSolid {
   bool locate(const Vec3& x, double within, SolidPoint& at) const override;
 
  private:
+  /// X + u(X) at x: body frame, without the correction of the shape.
+  Vec3 unscaled(const Vec3& x) const { return R_.transpose() * (x - middle_) / scale_; }
   bool undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const;
   Vec3 displacement(const Vec3& rest) const;
   Mat3 displacement_gradient(const Vec3& rest) const;
@@ -83,6 +85,8 @@ class DeformedBody : public TouchedSolid {
   const ContactShape* shape_;
   Mat3 R_;
   Vec3 centre_;
+  double scale_;  // s
+  Vec3 middle_;   // R d beside the centre, m
   std::vector<Vec3> samples_;
   std::vector<Ball> balls_;
   Vec3 low_, high_;

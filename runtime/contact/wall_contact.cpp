@@ -225,10 +225,15 @@ BodyReach body_reach(const Archetype& archetype) {
   return reach;
 }
 
+double farthest_point(const ReducedBody& body, const BodyReach& reach) {
+  const ShapeCorrection shape = shape_correction(body, body.q);
+  return shape.s * (reach.rest + reach.modes.head(body.r).dot(body.q.cwiseAbs())) +
+         shape.shift.norm();
+}
+
 bool away_from_walls(const ReducedBody& body, const BodyReach& reach,
                      const WallContactOptions& options, double margin) {
-  const double radius =
-      reach.rest + reach.modes.head(body.r).dot(body.q.cwiseAbs()) + options.tolerance + margin;
+  const double radius = farthest_point(body, reach) + options.tolerance + margin;
   for (int side = 0; side < 6; ++side)
     if (options.closed[side] && gap_to(options, side, body.position) <= radius) return false;
   return true;

@@ -75,6 +75,8 @@ struct BodyReach {
   VecX modes;         // r: largest |phi_i| on the surface, m per unit q
 };
 BodyReach body_reach(const Archetype& archetype);
+/// No point of the deformed body is farther from its centre of mass, m. O(r^2).
+double farthest_point(const ReducedBody& body, const BodyReach& reach);
 
 /// True if no surface point can be within the tolerance plus `margin` (m) of a closed side: O(r),
 /// no surface needed. Before contacts_ahead the margin is what the body may move in the step.

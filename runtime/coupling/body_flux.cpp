@@ -85,15 +85,19 @@ bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& 
 
 void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
   const Vec3 w = corner.cwiseProduct(weight_);
+  const Vec3 arm = w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2];
   Eigen::Map<Vec3>(f) += w.sum() * n;
-  Eigen::Map<Vec3>(f + 3) += (w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2]).cross(n);
-  const Vec3 n_body = body_->R.transpose() * n;
+  Eigen::Map<Vec3>(f + 3) += arm.cross(n);
+  const ShapeCorrection& shape = body_->terms.shape;
+  const Vec3 n_body = body_->R.transpose() * n, n_scaled = shape.s * n_body,
+             n_total = w.sum() * n_body;
+  const double spread = arm.dot(n);
   for (int i = 0; i < body_->body->r; ++i) {
     const double* phi = modes_->col(i).data();
-    double sum = 0.0;
+    double sum = shape.slope[i] * spread + shape.shift_rate.col(i).dot(n_total);
     for (int v = 0; v < 3; ++v) {
       const double* p = phi + 3 * static_cast<std::ptrdiff_t>(row_[v]);
-      sum += w[v] * (p[0] * n_body[0] + p[1] * n_body[1] + p[2] * n_body[2]);
+      sum += w[v] * (p[0] * n_scaled[0] + p[1] * n_scaled[1] + p[2] * n_scaled[2]);
     }
     f[6 + i] += sum;
   }

@@ -53,7 +53,7 @@ void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>
                        const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points);
 
 /// The corners of one triangle as one body moves them: J of Section 5.3 with the weights of Section
-/// 7, w_b [1, -[x_b - t_b]x, phi_b], linear in between.
+/// 7, w_b [1, -[x_b - t_b]x, d place_b / dq], linear in between.
 class MemberTriangle {
  public:
   /// False: the body does not move the triangle.

@@ -13,6 +13,12 @@ namespace {
 
 using Mask = Array3<unsigned char>;
 
+// What MacCormack steps damp goes to zero with the step, and then eddies that the grid does not
+// resolve gain energy (a gyre in a box of 16^3 at CFL 0.3 fourfold in 10 s). So much as third-order
+// upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
+constexpr double kUpwind = 1.0 / 12.0;
+constexpr double kMostDamped = 0.25;  // cells a step, so that waves of one cell are never overdone
+
 // out(c) = op over the points c + offset along one axis, offset in [first, last], inside the
 // lattice.
 template <class Op>
@@ -138,6 +144,26 @@ void for_each_marked(const Mask& mask, const Mask& deep, const BlockBody& block,
     }
 }
 
+// Sum over the axes of |c| times the fourth difference of f at n, which lies at c[] of the lattice;
+// c: cells that the path crosses along each axis. An axis without two solved points to each side
+// counts nothing.
+double biharmonic(const Array3<double>& f, const Mask& valid, const int at[3], std::size_t n,
+                  const double c[3]) {
+  const std::ptrdiff_t stride[3] = {1, f.nx(), static_cast<std::ptrdiff_t>(f.nx()) * f.ny()};
+  const int size[3] = {f.nx(), f.ny(), f.nz()};
+  double sum = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    if (at[a] < 2 || at[a] + 2 >= size[a]) continue;
+    const double* p = f.data() + n;
+    const unsigned char* v = valid.data() + n;
+    const std::ptrdiff_t s = stride[a];
+    if (v[-2 * s] != 1 || v[-s] != 1 || v[0] != 1 || v[s] != 1 || v[2 * s] != 1) continue;
+    sum += std::min(std::abs(c[a]), kMostDamped) *
+           ((p[-2 * s] + p[2 * s]) - 4.0 * (p[-s] + p[s]) + 6.0 * p[0]);
+  }
+  return sum;
+}
+
 constexpr unsigned char kAtFoot = 255;
 struct Scratch {
   std::unique_ptr<double[]> hat;  // first-order result
@@ -197,6 +223,13 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     source.range(base, low, high);
     return std::min(std::max(hat[n] + 0.5 * (f[n] - back), low), high);
   };
+  const auto damping = [&](int i, int j, int k, std::size_t n) {
+    double v[3];
+    face_velocity<A>(g, u, i, j, k, v);
+    const int at[3] = {i, j, k};
+    const double c[3] = {h * v[0], h * v[1], h * v[2]};
+    return kUpwind * biharmonic(f, valid, at, n, c);
+  };
   const auto second_block = [&](int i, int j, int k, std::size_t n) {
     Block d[3], back;
     if (!path_block<A>(u, i, j, k, h, d)) return false;
@@ -205,7 +238,8 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     for (int l = 0; l < kBlock; ++l) at_foot |= side[n + l] == kAtFoot, solved &= valid[n + l] != 0;
     if (at_foot || !solved) {
       for (int l = 0; l < kBlock; ++l)
-        result[n + l] = valid[n + l] ? corrected(n + l, back[l]) : hat[n + l];
+        result[n + l] =
+            valid[n + l] ? corrected(n + l, back[l]) - damping(i + l, j, k, n + l) : hat[n + l];
       return true;
     }
     Block low, high, first, old;
@@ -214,18 +248,20 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     const Block value = first + 0.5 * (old - back);
     const Block above = value > low ? value : low;
     store(above < high ? above : high, &result[n]);
+    for (int l = 0; l < kBlock; ++l) result[n + l] -= damping(i + l, j, k, n + l);
     return true;
   };
-  for_each_marked(target, deep_inside(hat_valid), second_block,
-                  [&](int i, int j, int k, std::size_t n) {
-                    result[n] = hat[n];
-                    if (!hat_valid[n] || !valid[n]) return;
-                    Slot s[3];
-                    path_end<A>(g, u, sampler, i, j, k, h, s);
-                    const std::size_t base = first_order.base(s[0], s[1], s[2]);
-                    if (!whole_hat[base]) return;
-                    result[n] = corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f));
-                  });
+  for_each_marked(
+      target, deep_inside(hat_valid), second_block, [&](int i, int j, int k, std::size_t n) {
+        result[n] = hat[n];
+        if (!hat_valid[n] || !valid[n]) return;
+        Slot s[3];
+        path_end<A>(g, u, sampler, i, j, k, h, s);
+        const std::size_t base = first_order.base(s[0], s[1], s[2]);
+        if (!whole_hat[base]) return;
+        result[n] =
+            corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f)) - damping(i, j, k, n);
+      });
 }
 
 }  // namespace

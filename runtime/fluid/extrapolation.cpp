@@ -151,7 +151,80 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, doubl
   return std::abs(phi[n] - mean) <= 1.5 * dx && (phi[n] < 0) == (mean < 0) ? phi[n] : mean;
 }
 
+// Open cells next to which the surface stands in the open.
+std::vector<int> cells_at_surface(const Array3<double>& phi, const Mask& solid) {
+  return collect_cells_at_changes(
+      phi, [&](std::size_t n) { return phi[n] < 0.0; },
+      [&](int i, int j, int k, int n) {
+        bool crosses = false;
+        for_each_neighbour(phi, {i, j, k}, n, [&](int, int, int m) {
+          crosses |= !solid[m] && (phi[m] < 0.0) != (phi[n] < 0.0);
+        });
+        return crosses && !solid[n];
+      });
+}
+
+template <class F>
+void for_each_around(const Mask& shape, Ijk c, const F& f) {
+  for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, shape.nz() - 1); ++k)
+    for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, shape.ny() - 1); ++j)
+      for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, shape.nx() - 1); ++i)
+        f(static_cast<int>(shape.index(i, j, k)));
+}
+
+// Mean of the fully trusted straight lines through two known points; `none` without any.
+double trusted_lines(const Array3<double>& phi, const Mask& valid, int n, double dx, double none) {
+  const int stride[3] = {1, phi.nx(), phi.nx() * phi.ny()};
+  const int size[3] = {phi.nx(), phi.ny(), phi.nz()};
+  const Ijk c = unravel(phi, n);
+  const int at[3] = {c.i, c.j, c.k};
+  double lines[3] = {0.0, 0.0, 0.0};  // by axis: mirror images have equal sums
+  int count = 0;
+  for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
+    const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
+    if (!known(valid, m) || beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
+    const double slope = std::clamp(phi[m] - phi[mm], -dx, dx);
+    if (slope_trust(phi[m], slope, dx) == 1.0) lines[axis] += phi[m] + slope, ++count;
+  });
+  return count ? (lines[0] + lines[1] + lines[2]) / count : none;
+}
+
 }  // namespace
+
+Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
+  constexpr double kReach = 2.5;  // dx, from the surface: the cells that say where it is
+  Mask sheet(solid.nx(), solid.ny(), solid.nz(), 0), valid = sheet;
+  if (solid.size() == 0) return sheet;
+  std::vector<int> front;
+  for (const int n : cells_at_surface(phi, solid))
+    for_each_around(solid, unravel(phi, n), [&](int m) {
+      if (!solid[m] && !valid[m]) valid[m] = 1, front.push_back(m);
+    });
+  std::vector<int> waiting;  // solid cells that no line has reached yet
+  std::vector<double> values;
+  for (int layer = 0; layer < layers; ++layer) {
+    for (const int n : front)
+      for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
+        if (solid[m] && !valid[m]) valid[m] = kClaimed, waiting.push_back(m);
+      });
+    values.clear();
+    for (const int n : waiting) values.push_back(trusted_lines(phi, valid, n, g.dx, kReach * g.dx));
+    front.clear();
+    std::vector<int> left;
+    for (std::size_t t = 0; t < waiting.size(); ++t) {
+      const int n = waiting[t];
+      if (std::abs(values[t]) >= kReach * g.dx) {
+        left.push_back(n);
+        continue;
+      }
+      if (std::abs(values[t] - phi[n]) > kUnchanged * g.dx) phi[n] = values[t];
+      valid[n] = sheet[n] = 1;
+      front.push_back(n);
+    }
+    waiting.swap(left);
+  }
+  return sheet;
+}
 
 void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& valid, int layers) {
   for (int a = 0; a < 3; ++a) {
@@ -162,11 +235,12 @@ void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& va
 }
 
 void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers,
-                      double band) {
+                      double band, const Mask& sheet) {
   if (solid.size() == 0) return;
   Mask valid(solid.nx(), solid.ny(), solid.nz());
 #pragma omp parallel for
-  for (std::size_t n = 0; n < solid.size(); ++n) valid[n] = solid[n] == 0;
+  for (std::size_t n = 0; n < solid.size(); ++n)
+    valid[n] = solid[n] == 0 || (sheet.size() != 0 && sheet[n] != 0);
   grow(phi, valid, layers, [&](int n) {
     const double value = line_extension(phi, valid, n, g.dx, band);
     return std::abs(value - phi[n]) <= kUnchanged * g.dx ? phi[n] : value;

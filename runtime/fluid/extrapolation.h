@@ -12,12 +12,19 @@ namespace archetide {
 /// and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const Grid& g, MacField& u, FaceField<unsigned char>& valid, int layers);
 
+/// Continues the free surface into the cells with solid != 0 beside which it stands, up to `layers`
+/// cells deep: a sheet of phi along the surface, linear from the open cells next to it. Nothing
+/// that was inside the solid or lies below it in the water has a say, so the sheet cannot wander:
+/// when it could, air inside a held ring sank until the water below fell into it. Returns the mask
+/// of the sheet's cells. Cells that would change by less than rounding (1e-9 dx) keep their values.
+Array3<unsigned char> continue_surface(const Grid& g, Array3<double>& phi,
+                                       const Array3<unsigned char>& solid, int layers);
+
 /// Continues the level set (slope at most 1, |phi| at most band, m) through `layers` layers of the
-/// cells with solid != 0: linearly within a cell of the interface and along it, so that a plane
-/// free surface goes on into a body as the same plane; by a constant away from it, so that deep
-/// water stays deep inside. Deeper cells keep their values; so do cells that would change by less
-/// than rounding (1e-9 dx). An empty mask means no solids.
+/// other cells with solid != 0, from the open ones and from the sheet: linearly within a cell of
+/// the interface and along it, by a constant away from it, so that deep water stays deep inside.
+/// Deeper cells keep their values. An empty mask means no solids.
 void extend_level_set(const Grid& g, Array3<double>& phi, const Array3<unsigned char>& solid,
-                      int layers, double band);
+                      int layers, double band, const Array3<unsigned char>& sheet = {});
 
 }  // namespace archetide

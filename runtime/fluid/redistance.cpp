@@ -20,8 +20,9 @@ constexpr double kTrueSlope = 0.02, kGoodSlope = 0.1;
 constexpr double kSmooth =
     0.5;  // slopes that differ by more than this part of the steepest one are a kink
 
+constexpr double kJump = 2.0;  // in dx a cell: steeper is no distance
+
 using Mask = Array3<unsigned char>;
-constexpr double kInSolid = 1e300;  // what solid cells hold while distances are built
 
 bool wet(double phi) { return phi < 0.0; }
 bool inside(const Mask& solid, int n) { return solid.size() != 0 && solid[n] != 0; }
@@ -34,9 +35,8 @@ struct Box {
       : size{a.nx(), a.ny(), a.nz()}, stride{1, a.nx(), a.nx() * a.ny()} {}
 };
 
-// Whether phi changes sign between open cell n and a neighbour that is open, or that is solid.
+// Whether phi changes sign between cell n and a neighbour that is open, or that is solid.
 bool crosses(const Array3<double>& phi, const Mask& solid, Ijk c, int n, bool into_solid) {
-  if (inside(solid, n)) return false;
   bool crossed = false;
   for_each_neighbour(phi, c, n, [&](int, int, int m) {
     crossed |= wet(phi[m]) != wet(phi[n]) && inside(solid, m) == into_solid;
@@ -44,15 +44,25 @@ bool crosses(const Array3<double>& phi, const Mask& solid, Ijk c, int n, bool in
   return crossed;
 }
 
-// The surface goes on into a solid beside which it stands; what phi does there elsewhere, left from
-// when the body was dry, is no surface.
-bool at_interface(const Array3<double>& phi, const Mask& solid, Ijk c, int n) {
-  if (crosses(phi, solid, c, n, false)) return true;
-  if (solid.size() == 0 || !crosses(phi, solid, c, n, true)) return false;
+bool crosses_in_the_open(const Array3<double>& phi, const Mask& solid, Ijk c, int n) {
+  return !inside(solid, n) && crosses(phi, solid, c, n, false);
+}
+
+// It goes on into a solid beside which it stands, in the cells of `sheet`; what phi does in solids
+// elsewhere, left from when the body was dry, is no surface.
+bool at_interface(const Array3<double>& phi, const Mask& solid, const Mask& sheet, Ijk c, int n) {
+  const bool open = !inside(solid, n);
+  if (open && crosses(phi, solid, c, n, false)) return true;
+  if (sheet.size() == 0 || !(open || sheet[n])) return false;
+  bool crossed = false;
+  for_each_neighbour(phi, c, n, [&](int, int, int m) {
+    crossed |= wet(phi[m]) != wet(phi[n]) && (sheet[m] != 0 || (!open && !inside(solid, m)));
+  });
+  if (!open || !crossed) return crossed;
   for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, phi.nz() - 1); ++k)
     for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, phi.ny() - 1); ++j)
       for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, phi.nx() - 1); ++i)
-        if (crosses(phi, solid, {i, j, k}, static_cast<int>(phi.index(i, j, k)), false))
+        if (crosses_in_the_open(phi, solid, {i, j, k}, static_cast<int>(phi.index(i, j, k))))
           return true;
   return false;
 }
@@ -167,9 +177,10 @@ double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
 // The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive. Where
 // both neighbours are equally near, the nearer of what they imply: mirror images stay mirror
 // images.
-UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double band,
-                       bool second_order) {
-  const auto value = [&](int step) { return std::abs(p[step]) < kInSolid ? sign * p[step] : band; };
+UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double dx,
+                       double band, bool second_order) {
+  // Beyond a change of sign that is no surface nothing is known; there distances jump.
+  const auto value = [&](int step) { return sign * p[step] >= 0.0 ? sign * p[step] : band; };
   const double low = i > 0 ? value(-stride) : band;
   const double high = i < n - 1 ? value(stride) : band;
   const double near = std::min(low, high);
@@ -178,8 +189,9 @@ UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, d
   UpwindAxis axis{near, 1.0};
   for (const int side : {-1, 1}) {
     if ((side < 0 ? low : high) != near || i + 2 * side < 0 || i + 2 * side >= n) continue;
-    const double next = value(2 * side * stride);
-    if (next <= near && (axis.c == 1.0 || near + (near - next) / 3.0 < axis.b))
+    const double next = sign * p[2 * side * stride];
+    const bool jump = next < 0.0 && near - next > kJump * dx;
+    if (!jump && next <= near && (axis.c == 1.0 || near + (near - next) / 3.0 < axis.b))
       axis = {near + (near - next) / 3.0, 1.5};
   }
   return axis;
@@ -191,9 +203,12 @@ double upwind_distance(const Array3<double>& phi, const Box& box, double dx, dou
   const Ijk c = unravel(phi, n);
   const double* p = phi.data() + n;
   const double sign = wet(*p) ? -1.0 : 1.0;
-  const UpwindAxis x = upwind_axis(p, box.stride[0], c.i, box.size[0], sign, band, second_order);
-  const UpwindAxis y = upwind_axis(p, box.stride[1], c.j, box.size[1], sign, band, second_order);
-  const UpwindAxis z = upwind_axis(p, box.stride[2], c.k, box.size[2], sign, band, second_order);
+  const UpwindAxis x =
+      upwind_axis(p, box.stride[0], c.i, box.size[0], sign, dx, band, second_order);
+  const UpwindAxis y =
+      upwind_axis(p, box.stride[1], c.j, box.size[1], sign, dx, band, second_order);
+  const UpwindAxis z =
+      upwind_axis(p, box.stride[2], c.k, box.size[2], sign, dx, band, second_order);
   return std::min(solve_eikonal(x, y, z, dx), band);
 }
 
@@ -247,12 +262,12 @@ void relax_band(Array3<double>& phi, const std::vector<std::vector<int>>& layers
 }
 
 // Cells next to the interface, their distance in `out`.
-std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, const Box& box,
-                               double dx, double band, Array3<double>& out) {
-  std::vector<int> cells = collect_cells_at_changes(
+std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, const Mask& sheet,
+                               const Box& box, double dx, double band, Array3<double>& out) {
+  const std::vector<int> cells = collect_cells_at_changes(
       phi, [&](std::size_t n) { return wet(phi[n]); },
       [&](int i, int j, int k, int n) {
-        return at_interface(phi, solid, {i, j, k}, n);
+        return at_interface(phi, solid, sheet, {i, j, k}, n);
       });
 #pragma omp parallel for
   for (std::size_t t = 0; t < cells.size(); ++t) {
@@ -264,16 +279,15 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, con
 
 }  // namespace
 
-void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& solid) {
+void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& solid,
+                const Mask& sheet) {
   const Box box(phi);
   Array3<double> out(phi.nx(), phi.ny(), phi.nz());
 #pragma omp parallel for
-  for (std::size_t n = 0; n < phi.size(); ++n)
-    out[n] = inside(solid, static_cast<int>(n)) ? kInSolid : wet(phi[n]) ? -band : band;
+  for (std::size_t n = 0; n < phi.size(); ++n) out[n] = wet(phi[n]) ? -band : band;
 
-  std::vector<int> layer = fix_interface(phi, solid, box, g.dx, band, out);
+  std::vector<int> layer = fix_interface(phi, solid, sheet, box, g.dx, band, out);
   Mask reached(phi.nx(), phi.ny(), phi.nz(), 0);
-  if (solid.size() != 0) reached = solid;
   for (int n : layer) reached[n] = 1;
 
   // Outwards layer by layer as far as the band goes.
@@ -289,7 +303,7 @@ void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& sol
   // Take what changed by more than rounding.
 #pragma omp parallel for
   for (std::size_t n = 0; n < phi.size(); ++n)
-    if (out[n] < kInSolid && !(std::abs(out[n] - phi[n]) <= kUnchanged * g.dx)) phi[n] = out[n];
+    if (!(std::abs(out[n] - phi[n]) <= kUnchanged * g.dx)) phi[n] = out[n];
 }
 
 }  // namespace archetide

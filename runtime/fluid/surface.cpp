@@ -14,7 +14,16 @@ namespace {
 
 constexpr int kSolidLayers =
     12;  // cells into a body that the surface is continued; beyond the band's reach
-constexpr int kMargin = 3;  // cells that the interface must keep from the end of the band
+constexpr int kSheetLayers = 4;  // cells into a body that distances see the surface
+constexpr int kMargin = 3;       // cells that the interface must keep from the end of the band
+
+// Distances of the surface and of its continuation into solids.
+void measure(const Grid& g, Array3<double>& phi, double band,
+             const Array3<unsigned char>& solid_cells) {
+  const Array3<unsigned char> sheet = continue_surface(g, phi, solid_cells, kSheetLayers);
+  extend_level_set(g, phi, solid_cells, kSolidLayers, band, sheet);
+  redistance(g, phi, band, solid_cells, sheet);
+}
 
 }  // namespace
 
@@ -24,15 +33,14 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   const double band = options.band_cells * g.dx;
   const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
   const double moving_band = std::max(options.band_cells, crossed + kMargin) * g.dx;
-  if (moving_band > band) redistance(g, state.phi, moving_band, solid_cells);
+  if (moving_band > band) measure(g, state.phi, moving_band, solid_cells);
 
   advect_level_set(g, state.u, dt, state.phi, moving_band, options.open_side);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  redistance(g, state.phi, band, solid_cells);
+  measure(g, state.phi, band, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   adjust_radii(g, state.phi, state.particles);
-  extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
   if (options.particles_per_cell > 0 && due)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1,
@@ -43,8 +51,7 @@ void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& opt
                      const Array3<unsigned char>& solid_cells) {
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
-  redistance(g, state.phi, band, solid_cells);
-  extend_level_set(g, state.phi, solid_cells, kSolidLayers, band);
+  measure(g, state.phi, band, solid_cells);
   if (options.particles_per_cell > 0)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, 0, state.particles);
 }

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "common/check.h"
 #include "runtime/solid/reduced_body.h"
 #include "runtime/solid/rotation.h"
@@ -6,6 +8,27 @@ namespace archetide {
 
 Configuration current_configuration(const ReducedBody& body) {
   return {body.rotation, body.q, body.q_dot, Vec3::Zero()};
+}
+
+ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q) {
+  const Swelling& swelling = body.archetype->swelling;
+  const int r = body.r;
+  ShapeCorrection out{1.0, VecX::Zero(r), Vec3::Zero(), MatX::Zero(3, r)};
+  if (r == 0 || swelling.volume.size() == 0) return out;
+  const VecX Eq = swelling.volume.topLeftCorner(r, r) * q;
+  const double e = q.dot(Eq);
+  out.s = std::cbrt(e > 0.0 ? 1.0 / (1.0 + e) : 1.0 - e);
+  out.slope = -2.0 / 3.0 / (1.0 + std::abs(e)) * Eq;
+  // d = -c w with c_k = q^T C_k q and w = 1 / sqrt(1 + e^2)
+  const double w = 1.0 / std::sqrt(1.0 + e * e);
+  for (int k = 0; k < 3; ++k) {
+    const VecX Cq = swelling.centroid[k].topLeftCorner(r, r) * q;
+    const double c = q.dot(Cq);
+    out.shift[k] = -w * c;
+    out.shift_rate.row(k) = -2.0 * w * Cq + 2.0 * e * w * w * w * c * Eq;
+  }
+  out.shift_rate -= out.shift * out.slope.transpose();
+  return out;
 }
 
 Moments deformed_moments(const ReducedBody& body, const VecX& q) {
@@ -48,6 +71,7 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
   // M_q = Bᵀ M B = M_r − Dᵀ I⁻¹ D
   t.M_q = body.mass_scale * body.archetype->M_r.topLeftCorner(body.r, body.r);
   if (mass == ModalMass::kExact) t.M_q.noalias() -= t.D.transpose() * t.spin_of_modes;
+  t.shape = shape_correction(body, c.q);
   return t;
 }
 

@@ -53,6 +53,20 @@ inline double body_mass(const ReducedBody& body) {
 /// Where the body is now.
 Configuration current_configuration(const ReducedBody& body);
 
+/// Linear modes swell a body at second order, and water that is pressed aside pushes back: a soft
+/// body deep under water would stand as if stiff, or ride up and down its own swelling. The shape
+/// that water, contact and camera see is therefore y = s(q) (x + S q) + d(q) about the centre of
+/// mass, with s^3 = 1 / (1 + e) (e > 0) or 1 - e, e = q^T E q, and d_k = -q^T C_k q / sqrt(1 +
+/// e^2), of Archetype::swelling: volume and centroid are those of the linear strain to third order,
+/// so a pressure that is linear in space works on it as it does on the strain, and nothing beyond.
+struct ShapeCorrection {
+  double s = 1.0;
+  VecX slope;                 // r, d ln s / dq
+  Vec3 shift = Vec3::Zero();  // d, body frame, m
+  MatX shift_rate;            // 3 x r, dd/dq - d (d ln s/dq), m: what the arm y does not tell
+};
+ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q);
+
 /// Second moments of the deformed shape y = x + S q in the body frame, O(r^2); mass_scale included.
 struct Moments {
   Mat3 Syy;             // sum m y y^T, kg m^2
@@ -70,6 +84,7 @@ struct ConfigurationTerms {
   MatX spin_of_modes;  // 3 x r: I^-1 D, the spin filtered out of each mode: B_i = R phi_i - (I^-1
                        // D_i) x r
   MatX M_q;            // r x r: M_r - D^T I^-1 D (kExact) or M_r (kPaper), kg
+  ShapeCorrection shape;
 };
 ConfigurationTerms configuration_terms(const ReducedBody& body, const Configuration& c,
                                        ModalMass mass);
@@ -140,12 +155,20 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 double kinetic_energy(const ReducedBody& body);
 double elastic_energy(const ReducedBody& body);
 
+/// Places of material points: R s (x + u), world, of the rest places x and the displacements u = S
+/// q (3 n, row 3 k + axis) about `origin`.
+void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
+                     const Vec3& origin, std::vector<Vec3>& places);
+/// Moment arm R (s (x + phi q) + d) of one such point, world, m.
+Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi);
+
 /// World position / velocity of surface vertex v, and all of them at once.
 Vec3 surface_point(const ReducedBody& body, int v);
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points);
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v);
 /// 3 x (6+r): velocity per unit y of the point at moment arm x that carries the modes phi (3 x r,
-/// body frame): [1, -[x]x, B] with B_i = R phi_i - (I^-1 D_i) x x.
+/// body frame): [1, -[x]x, B] with B_i = R (s phi_i + d_rate_i) + (d ln s / dq_i) x - (I^-1 D_i) x
+/// x.
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
                   const MatX& phi);
 /// The same of surface vertex v.

@@ -9,23 +9,35 @@ auto modes_at(const ReducedBody& body, int v) {
   return body.archetype->surface_modes.block(3 * v, 0, 3, body.r);
 }
 
-/// Moment arm of vertex v, world: R (x₀ + S q).
+/// Moment arm of vertex v, world.
 Vec3 moment_arm(const ReducedBody& body, int v) {
-  return body.rotation * (body.archetype->surface.vertices[v] + modes_at(body, v) * body.q);
+  return deformed_arm(body, body.archetype->surface.vertices[v], modes_at(body, v));
 }
 
 }  // namespace
+
+void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
+                     const Vec3& origin, std::vector<Vec3>& places) {
+  const ShapeCorrection shape = shape_correction(body, body.q);
+  const Mat3 R = body.rotation.toRotationMatrix(), sR = shape.s * R;
+  const Vec3 middle = origin + R * shape.shift;
+  const VecX u = body.r > 0 ? VecX(modes.leftCols(body.r) * body.q)
+                            : VecX(VecX::Zero(3 * static_cast<long>(rest.size())));
+  places.resize(rest.size());
+  for (std::size_t k = 0; k < places.size(); ++k)
+    places[k] = middle + sR * (rest[k] + u.segment<3>(3 * static_cast<long>(k)));
+}
+
+Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi) {
+  const ShapeCorrection shape = shape_correction(body, body.q);
+  return body.rotation * (shape.s * (rest + phi * body.q) + shape.shift);
+}
 
 Vec3 surface_point(const ReducedBody& body, int v) { return body.position + moment_arm(body, v); }
 
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points) {
   const Archetype& a = *body.archetype;
-  const Mat3 R = body.rotation.toRotationMatrix();
-  const VecX u = body.r > 0 ? VecX(a.surface_modes.leftCols(body.r) * body.q)
-                            : VecX(VecX::Zero(3 * a.surface.vertices.size()));
-  points.resize(a.surface.vertices.size());
-  for (std::size_t v = 0; v < points.size(); ++v)
-    points[v] = body.position + R * (a.surface.vertices[v] + u.segment<3>(3 * v));
+  deformed_places(body, a.surface.vertices, a.surface_modes, body.position, points);
 }
 
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
@@ -34,8 +46,10 @@ MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, cons
   MatX J(3, body.dofs());
   J.leftCols<3>().setIdentity();
   J.middleCols<3>(3) = -arm_cross;
-  // B_i = R φ_i − (I⁻¹ D_i) × x
-  J.rightCols(body.r) = body.rotation.toRotationMatrix() * phi + arm_cross * terms.spin_of_modes;
+  // B_i = R (s φ_i + d_rate_i) + (d ln s/dq_i) x − (I⁻¹ D_i) × x
+  J.rightCols(body.r) =
+      body.rotation.toRotationMatrix() * (terms.shape.s * phi + terms.shape.shift_rate) +
+      arm * terms.shape.slope.transpose() + arm_cross * terms.spin_of_modes;
   return J;
 }
 

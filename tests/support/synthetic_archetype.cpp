@@ -4,6 +4,7 @@
 #include <random>
 
 #include "common/check.h"
+#include "common/swelling.h"
 
 namespace archetide {
 namespace {
@@ -162,6 +163,7 @@ SyntheticBody deformable_archetype(const TetMesh& tets, double density, const Ma
   a.surface_modes.resize(3 * static_cast<long>(a.surface.vertices.size()), r);
   for (std::size_t v = 0; v < a.surface.vertices.size(); ++v)
     a.surface_modes.middleRows<3>(3 * v) = a.node_modes.middleRows<3>(3 * a.surface_to_node[v]);
+  a.swelling = second_order_swelling(a.surface, a.surface_modes);
 
   a.omega2 = omega.cwiseAbs2();
   a.is_static.assign(static_cast<std::size_t>(r), 0);
