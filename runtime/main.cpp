@@ -8,6 +8,7 @@
 #include "common/atomic_file.h"
 #include "common/cli.h"
 #include "runtime/bench/bench.h"
+#include "runtime/grid/keep_memory.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/failure_folder.h"
@@ -621,5 +622,6 @@ int program(int argc, char** argv) {
 }  // namespace archetide
 
 int main(int argc, char** argv) {
+  archetide::keep_freed_memory();
   return archetide::guarded_main([&] { return archetide::program(argc, argv); });
 }

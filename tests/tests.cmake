@@ -82,6 +82,7 @@ endif()
 archetide_bench(bench_body_step archetide_test_support)
 archetide_bench(bench_drafts archetide_scene)
 archetide_bench(bench_water archetide_test_support)
+archetide_bench(bench_step archetide_test_support)
 
 # Every quantity with a known answer. The quick cases are a fast test; `make -f pipeline.mk scorecard` runs all.
 set(scorecard tests/scorecard/main.cpp tests/scorecard/score.cpp tests/scorecard/reference_data.cpp

@@ -89,6 +89,13 @@ void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const
                           has_low ? x.data() + to_low : zero.data(),
                           has_high ? x.data() + at : zero.data()};
         unsigned char* flags = &valid[axis](0, j, k);
+        const auto wet = [&](bool there, const CellKind* cells) {
+          return there && std::find(cells, cells + g.nx, CellKind::kUnknown) != cells + g.nx;
+        };
+        if (!wet(has_high, kind.data() + at) && !(axis > 0 && wet(has_low, kind.data() + to_low))) {
+          std::fill_n(flags, v.nx(), 0);
+          continue;
+        }
         const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
         const bool left = apply_between_unknowns(row, begin, g.nx, &v(0, j, k), flags);
         if (axis == 0) {

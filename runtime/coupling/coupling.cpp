@@ -194,7 +194,9 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     total.residual = r.residual;
     total.converged = r.converged;
     total.setup_seconds += r.setup_seconds;
+    total.setup_cpu_seconds += r.setup_cpu_seconds;
     total.solve_seconds += r.solve_seconds;
+    total.solve_cpu_seconds += r.solve_cpu_seconds;
     bool changed = false;
     for (std::size_t b = 0; b < n; ++b) {
       if (rows[b].rows() == 0) continue;
@@ -235,7 +237,8 @@ void Coupling::assemble(const FreeSurface& surface) {
   }
   assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,
                            system_);
-  is_water_.resize(g.nx, g.ny, g.nz);
+  if (is_water_.size() != g.cells()) is_water_.resize(g.nx, g.ny, g.nz);
+#pragma omp parallel for simd schedule(static)
   for (std::size_t n = 0; n < is_water_.size(); ++n)
     is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
 }

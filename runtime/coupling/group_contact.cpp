@@ -19,7 +19,9 @@ void add(const SolveReport& r, SolveReport& total) {
   total.residual = r.residual;
   total.converged = r.converged;
   total.setup_seconds += r.setup_seconds;
+  total.setup_cpu_seconds += r.setup_cpu_seconds;
   total.solve_seconds += r.solve_seconds;
+  total.solve_cpu_seconds += r.solve_cpu_seconds;
 }
 
 }  // namespace

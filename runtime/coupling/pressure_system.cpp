@@ -1,6 +1,7 @@
 #include "runtime/coupling/pressure_system.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace archetide {
@@ -42,12 +43,6 @@ double slope_towards(const Grid& g, const Array3<double>& phi, const Vec3i& c, i
   }
   return 0.0;
 }
-
-// Sums of one plane of cells, added in plane order so that the result does not depend on threads.
-struct PlaneSums {
-  double value = 0.0;
-  std::size_t faces = 0, unknowns = 0;
-};
 
 // Carrier component `axis` at x, filtered by 1/4, 1/2, 1/4 over a cell along the two axes across
 // `up`: nothing is left of waves of two cells.
@@ -124,6 +119,126 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
   return {std::max(theta, kThetaMin), value};
 }
 
+namespace {
+
+// One plane of cells. Sums are added in plane order so that the result does not depend on threads.
+struct PlaneSums {
+  double value = 0.0;
+  std::size_t faces = 0, unknowns = 0;
+  std::vector<std::size_t> at_surface;  // cells with a prescribed value beside them
+};
+
+// The four rows beside row (j, k) of cells, towards low and high y and z, by what row(axis, sign)
+// is.
+template <class T, class RowOf>
+std::array<const T*, 4> rows_beside(const RowOf& row) {
+  return {row(1, -1), row(1, 1), row(2, -1), row(2, 1)};
+}
+
+// Row of the faces of cells (., j, k) across `axis` on the side of `sign`.
+const double* face_row(const FaceField<double>& f, int j, int k, int axis, int sign) {
+  return &f[axis](0, j + (axis == 1 && sign > 0), k + (axis == 2 && sign > 0));
+}
+
+// The kinds of row (j, k). Cells that no solid cuts are asked at their centre; the closed sides of
+// the tank cut nothing. `ones`: nx times 1, `whole`: nx numbers to work on.
+void classify_row(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                  const Sides& open_side, int j, int k, const double* ones, unsigned char* whole,
+                  CellKind* kind) {
+  const auto faces = rows_beside<double>([&](int axis, int sign) {
+    const int n = axis == 1 ? j : k;
+    const bool at_side = sign < 0 ? n == 0 : n == g.size(axis) - 1;
+    const bool closed = at_side && !open_side[2 * axis + (sign > 0)];
+    return closed ? ones : face_row(open, j, k, axis, sign);
+  });
+  const double *x = &open[0](0, j, k), *level = &phi(0, j, k);
+  int cut = 0;
+#pragma omp simd reduction(| : cut)
+  for (int i = 0; i < g.nx; ++i) {
+    whole[i] = (x[i] == 1.0) & (x[i + 1] == 1.0) & (faces[0][i] == 1.0) & (faces[1][i] == 1.0) &
+               (faces[2][i] == 1.0) & (faces[3][i] == 1.0);
+    kind[i] = level[i] < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
+    cut |= !whole[i];
+  }
+  if (cut)
+    for (int i = 0; i < g.nx; ++i)
+      if (!whole[i]) kind[i] = classify(g, phi, open, {i, j, k});
+}
+
+// Diagonal and surface terms of an unknown that has, or may have, a prescribed value beside it.
+void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, PlaneSums& sums) {
+  PoissonMatrix& A = s.matrix;
+  const std::size_t n = A.kind.index(c[0], c[1], c[2]);
+  A.diag[n] = 0.0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int sign = -1; sign <= 1; sign += 2) {
+      const double w = face_value(A.w, c, axis, sign);
+      if (w == 0.0) continue;
+      const Vec3i m = neighbour(c, axis, sign);
+      if (in_grid(g, m) && A.kind(m[0], m[1], m[2]) != CellKind::kDirichlet) {
+        A.diag[n] += w;
+        continue;
+      }
+      const SurfaceFace x = surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, sign);
+      A.diag[n] += w / x.theta;
+      s.surface_weight[n] += w / x.theta;
+      s.surface_rhs[n] += w / x.theta * x.value;
+      sums.value += x.value;
+      ++sums.faces;
+    }
+  sums.at_surface.push_back(n);
+}
+
+// Diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond the tank;
+// `beside`: nx numbers to work on.
+void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned char* beside,
+                  PressureSystem& s, PlaneSums& sums) {
+  const PoissonMatrix& A = s.matrix;
+  const auto w =
+      rows_beside<double>([&](int axis, int sign) { return face_row(A.w, j, k, axis, sign); });
+  const auto kinds = rows_beside<CellKind>([&](int axis, int sign) {
+    const Vec3i m = neighbour({0, j, k}, axis, sign);
+    return in_grid(g, m) ? &A.kind(0, m[1], m[2]) : air;
+  });
+  const double* x = &A.w[0](0, j, k);
+  const CellKind* kind = &A.kind(0, j, k);
+  double* diag = &s.matrix.diag(0, j, k);
+  int unknowns = 0;
+#pragma omp simd reduction(+ : unknowns)
+  for (int i = 0; i < g.nx; ++i) {
+    const bool unknown = kind[i] == CellKind::kUnknown;
+    bool air_beside = false;
+    for (int n = 0; n < 4; ++n)
+      air_beside |= (w[n][i] != 0.0) & (kinds[n][i] == CellKind::kDirichlet);
+    beside[i] = unknown & air_beside;
+    const double sum = x[i] + x[i + 1] + w[0][i] + w[1][i] + w[2][i] + w[3][i];
+    diag[i] = unknown ? sum : 0.0;
+    unknowns += unknown;
+  }
+  sums.unknowns += unknowns;
+  for (int i = 0; i < g.nx; ++i) {
+    if (kind[i] != CellKind::kUnknown) continue;
+    const bool at_end = i == 0 || i == g.nx - 1;
+    if (beside[i] || at_end || kind[i - 1] == CellKind::kDirichlet ||
+        kind[i + 1] == CellKind::kDirichlet)
+      assemble_at_surface(g, {i, j, k}, s, sums);
+  }
+}
+
+// to = from, on all threads.
+void copy_faces(const FaceField<double>& from, FaceField<double>& to) {
+  for (int a = 0; a < 3; ++a) {
+    const Array3<double>& f = from[a];
+    if (to[a].size() != f.size()) to[a] = f;
+    const std::size_t plane = f.index(0, 0, 1);
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < f.nz(); ++k)
+      std::copy_n(f.data() + k * plane, plane, to[a].data() + k * plane);
+  }
+}
+
+}  // namespace
+
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,
@@ -138,52 +253,50 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     A.diag.resize(g.nx, g.ny, g.nz);
     s.surface_rhs.resize(g.nx, g.ny, g.nz);
     s.surface_weight.resize(g.nx, g.ny, g.nz);
+    s.at_surface.clear();
   }
-  A.w = open;
+  copy_faces(open, A.w);
   A.open_side = open_side;
 
-#pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        A.kind(i, j, k) = classify(g, *surface.phi, open, Vec3i(i, j, k));
+  const std::vector<double> ones(g.nx, 1.0);
+  const std::vector<CellKind> air(g.nx, CellKind::kDirichlet);
+#pragma omp parallel
+  {
+    std::vector<unsigned char> whole(g.nx);
+#pragma omp for schedule(dynamic, 4)
+    for (int k = 0; k < g.nz; ++k)
+      for (int j = 0; j < g.ny; ++j)
+        classify_row(g, *surface.phi, open, open_side, j, k, ones.data(), whole.data(),
+                     &A.kind(0, j, k));
+  }
   for (DualFaces* faces : solids) share_dual_faces(A.kind, open, *faces, A.w);
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
+  for (const std::size_t n : s.at_surface) s.surface_rhs[n] = s.surface_weight[n] = 0.0;
   std::vector<PlaneSums> sums(g.nz);
-#pragma omp parallel for schedule(dynamic, 4)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t n = A.kind.index(i, j, k);
-        A.diag[n] = s.surface_rhs[n] = s.surface_weight[n] = 0.0;
-        if (A.kind[n] != CellKind::kUnknown) continue;
-        ++sums[k].unknowns;
-        const Vec3i c(i, j, k);
-        for (int axis = 0; axis < 3; ++axis)
-          for (int sign = -1; sign <= 1; sign += 2) {
-            const double w = face_value(A.w, c, axis, sign);
-            if (w == 0.0) continue;
-            const Vec3i m = neighbour(c, axis, sign);
-            if (in_grid(g, m) && A.kind(m[0], m[1], m[2]) != CellKind::kDirichlet) {
-              A.diag[n] += w;
-              continue;
-            }
-            const SurfaceFace x = surface_face(g, surface, open, hydrostatics, c, axis, sign);
-            A.diag[n] += w / x.theta;
-            s.surface_weight[n] += w / x.theta;
-            s.surface_rhs[n] += w / x.theta * x.value;
-            sums[k].value += x.value;
-            ++sums[k].faces;
-          }
+#pragma omp parallel
+  {
+    std::vector<unsigned char> beside(g.nx);
+#pragma omp for schedule(dynamic, 4)
+    for (int k = 0; k < g.nz; ++k)
+      for (int j = 0; j < g.ny; ++j) {
+        const CellKind* row = &A.kind(0, j, k);
+        if (std::find(row, row + g.nx, CellKind::kUnknown) != row + g.nx)
+          assemble_row(g, j, k, air.data(), beside.data(), s, sums[k]);
+        else
+          std::fill_n(&A.diag(0, j, k), g.nx, 0.0);
       }
+  }
   double total = 0.0;
   std::size_t faces = 0;
   s.unknowns = 0;
-  for (const PlaneSums& p : sums) total += p.value, faces += p.faces, s.unknowns += p.unknowns;
+  s.at_surface.clear();
+  for (const PlaneSums& p : sums) {
+    total += p.value, faces += p.faces, s.unknowns += p.unknowns;
+    s.at_surface.insert(s.at_surface.end(), p.at_surface.begin(), p.at_surface.end());
+  }
   s.surface_mean = faces ? total / static_cast<double>(faces) : 0.0;
-  for (std::size_t n = 0; n < A.size(); ++n)
-    s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
+  for (const std::size_t n : s.at_surface) s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
 }
 
 }  // namespace archetide

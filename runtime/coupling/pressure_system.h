@@ -44,10 +44,11 @@ struct PressureSystem {
   Hydrostatics hydrostatics;
   const FaceField<double>* open = nullptr;  // w; matrix.w is e, which differs beside solids
   PoissonMatrix matrix;
-  Array3<double> surface_rhs;     // per cell, sum over Dirichlet faces of w/theta (p'_I/rho -
-                                  // surface_mean), m^2/s^2
-  Array3<double> surface_weight;  // per cell, sum over Dirichlet faces of w/theta
-  double surface_mean = 0.0;      // mean over Dirichlet faces of p'_I / rho, m^2/s^2
+  Array3<double> surface_rhs;           // per cell, sum over Dirichlet faces of w/theta (p'_I/rho -
+                                        // surface_mean), m^2/s^2
+  Array3<double> surface_weight;        // per cell, sum over Dirichlet faces of w/theta
+  std::vector<std::size_t> at_surface;  // cells that may have such terms; 0 elsewhere
+  double surface_mean = 0.0;            // mean over Dirichlet faces of p'_I / rho, m^2/s^2
   std::size_t unknowns = 0;
 };
 

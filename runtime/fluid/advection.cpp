@@ -1,9 +1,11 @@
 #include "runtime/fluid/advection.h"
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 
 #include "common/check.h"
+#include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
 
 namespace archetide {
@@ -85,12 +87,12 @@ void face_velocity(const Grid& g, const MacField& u, int i, int j, int k, double
 template <int A>
 void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i, int j, int k,
               double h, Slot s[3]) {
-  double v[3], x[3] = {i + 0.5, j + 0.5, k + 0.5}, y[3];
-  x[A] -= 0.5;
+  double v[3];
   face_velocity<A>(g, u, i, j, k, v);
-  sampler.trace(x, v, h, y);
-  for (int b = 0; b < 3; ++b)
-    s[b] = b == A ? clamped_slot(y[b], g.size(b) + 1) : clamped_slot(y[b] - 0.5, g.size(b));
+  const Axes x = {A == 0 ? i : i + 0.5, A == 1 ? j : j + 0.5, A == 2 ? k : k + 0.5, 0.0};
+  Axes y;
+  sampler.trace(x, Axes{v[0], v[1], v[2], 0.0}, h, y);
+  sampler.slots<A>(y, s);
 }
 
 // Weighted mean over the valid corners; `otherwise` when there are none.
@@ -107,14 +109,38 @@ double valid_mean(const Lattice& f, const unsigned char* valid, const Slot s[3],
   return weight > 1e-12 ? sum / weight : otherwise;
 }
 
-template <class Body>
-void for_each_marked(const Mask& mask, const Body& body) {
+// 1 where all 27 points around are valid, away from the ends of the rows.
+Mask deep_inside(const Mask& valid) {
+  Mask deep = valid;
+  for (int axis = 0; axis < 3; ++axis)
+    combine_along(deep, axis, -1, 1, [](unsigned char a, unsigned char b) {
+      return static_cast<unsigned char>((a != 0) & (b != 0));
+    });
+  return deep;
+}
+
+bool all_ones(const unsigned char* m) {
+  constexpr unsigned char kOnes[kBlock] = {1, 1, 1, 1, 1, 1, 1, 1};
+  return std::memcmp(m, kOnes, kBlock) == 0;
+}
+
+// body(i, j, k, n) for all marked points, but for whole blocks of points that are `deep` inside and
+// for which block(i, j, k, n) does it.
+template <class BlockBody, class Body>
+void for_each_marked(const Mask& mask, const Mask& deep, const BlockBody& block, const Body& body) {
 #pragma omp parallel for collapse(2) schedule(dynamic, 8)
   for (int k = 0; k < mask.nz(); ++k)
     for (int j = 0; j < mask.ny(); ++j) {
       const std::size_t n = mask.index(0, j, k);
-      for (int i = 0; i < mask.nx(); ++i)
-        if (mask[n + i]) body(i, j, k, n + i);
+      const bool inner = j > 0 && j < mask.ny() - 1 && k > 0 && k < mask.nz() - 1;
+      for (int i = 0; i < mask.nx();) {
+        const bool whole = inner && i > 0 && i + kBlock < mask.nx() &&
+                           all_ones(mask.data() + n + i) && all_ones(deep.data() + n + i);
+        const int end = whole ? i + kBlock : i + 1;
+        if (whole && block(i, j, k, n + i)) i = end;
+        for (; i < end; ++i)
+          if (mask[n + i]) body(i, j, k, n + i);
+      }
     }
 }
 
@@ -138,9 +164,12 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int at[3], s
   return sum;
 }
 
+constexpr unsigned char kAtFoot = 255;
 struct Scratch {
   std::unique_ptr<double[]> hat;  // first-order result
-  std::unique_ptr<int[]> foot;    // corner of the interpolation cell where the path of a face ends
+  // where the path of a face ends: kAtFoot, or a bit for each axis on whose low side it lies
+  std::unique_ptr<unsigned char[]> side;
+  std::unique_ptr<int[]> foot;  // corner of the interpolation cell where the path of a face ends
 };
 
 template <int A>
@@ -152,42 +181,86 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
   const Lattice source(f);
   double* hat = scratch.hat.get();
   int* foot = scratch.foot.get();
+  unsigned char* side = scratch.side.get();
 
   // First order, also one face beyond the target, whose values the way back reads.
   const Mask whole = whole_stencils(valid);
   Mask hat_valid(f.nx(), f.ny(), f.nz());
-  for_each_marked(surroundings(target), [&](int i, int j, int k, std::size_t n) {
-    Slot s[3];
-    path_end<A>(g, u, sampler, i, j, k, -h, s);
-    const std::size_t base = source.base(s[0], s[1], s[2]);
-    foot[n] = static_cast<int>(base);
-    hat_valid[n] = whole[base];
-    hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
-                         : valid_mean(source, valid.data(), s, f[n]);
-  });
+  const auto stride = strides(f);
+  const auto first_block = [&](int i, int j, int k, std::size_t n) {
+    Block d[3], value;
+    if (!path_block<A>(u, i, j, k, -h, d)) return false;
+    interpolate_block(f.data() + n, stride, d, value);
+    store(value, hat + n);
+    std::memset(&hat_valid[n], 1, kBlock);
+    sides_of(d, side + n);
+    return true;
+  };
+  for_each_marked(surroundings(target), deep_inside(valid), first_block,
+                  [&](int i, int j, int k, std::size_t n) {
+                    Slot s[3];
+                    path_end<A>(g, u, sampler, i, j, k, -h, s);
+                    const std::size_t base = source.base(s[0], s[1], s[2]);
+                    foot[n] = static_cast<int>(base);
+                    side[n] = kAtFoot;
+                    hat_valid[n] = whole[base];
+                    hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
+                                         : valid_mean(source, valid.data(), s, f[n]);
+                  });
 
   // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at
   // the foot.
   const Mask whole_hat = whole_stencils(hat_valid);
   Lattice first_order(f);
   first_order.values = hat;
-  for_each_marked(target, [&](int i, int j, int k, std::size_t n) {
-    result[n] = hat[n];
-    if (!hat_valid[n] || !valid[n]) return;
-    Slot s[3];
-    path_end<A>(g, u, sampler, i, j, k, h, s);
-    const std::size_t base = first_order.base(s[0], s[1], s[2]);
-    if (!whole_hat[base]) return;
+  const auto corrected = [&](std::size_t n, double back, double damped) {
     double low, high;
-    source.range(foot[n], low, high);
-    const double back = first_order.at(base, s[0].f, s[1].f, s[2].f);
+    std::size_t base = foot[n];
+    if (side[n] != kAtFoot) {
+      base = n;
+      for (int a = 0; a < 3; ++a) base -= side[n] >> a & 1 ? stride[a] : 0;
+    }
+    source.range(base, low, high);
+    return std::min(std::max(hat[n] + 0.5 * (f[n] - back) - damped, low), high);
+  };
+  const auto damping = [&](int i, int j, int k, std::size_t n) {
     double v[3];
     face_velocity<A>(g, u, i, j, k, v);
     const int at[3] = {i, j, k};
     const double c[3] = {h * v[0], h * v[1], h * v[2]};
-    const double better = hat[n] + 0.5 * (f[n] - back) - kUpwind * biharmonic(f, valid, at, n, c);
-    result[n] = std::min(std::max(better, low), high);
-  });
+    return kUpwind * biharmonic(f, valid, at, n, c);
+  };
+  const auto second_block = [&](int i, int j, int k, std::size_t n) {
+    Block d[3], back;
+    if (!path_block<A>(u, i, j, k, h, d)) return false;
+    interpolate_block(hat + n, stride, d, back);
+    unsigned char at_foot = 0, solved = 1;
+    for (int l = 0; l < kBlock; ++l) at_foot |= side[n + l] == kAtFoot, solved &= valid[n + l] != 0;
+    if (at_foot || !solved) {
+      for (int l = 0; l < kBlock; ++l)
+        result[n + l] =
+            valid[n + l] ? corrected(n + l, back[l], damping(i + l, j, k, n + l)) : hat[n + l];
+      return true;
+    }
+    Block low, high, first, old, damped;
+    for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k, n + l);
+    range_block(f.data() + n, stride, side + n, low, high);
+    load(hat + n, first), load(f.data() + n, old);
+    const Block value = first + 0.5 * (old - back) - damped;
+    const Block above = value > low ? value : low;
+    store(above < high ? above : high, &result[n]);
+    return true;
+  };
+  for_each_marked(
+      target, deep_inside(hat_valid), second_block, [&](int i, int j, int k, std::size_t n) {
+        result[n] = hat[n];
+        if (!hat_valid[n] || !valid[n]) return;
+        Slot s[3];
+        path_end<A>(g, u, sampler, i, j, k, h, s);
+        const std::size_t base = first_order.base(s[0], s[1], s[2]);
+        if (!whole_hat[base]) return;
+        result[n] = corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f), damping(i, j, k, n));
+      });
 }
 
 }  // namespace
@@ -201,6 +274,7 @@ void advect_velocity(const Grid& g, const MacField& transporting, const MacField
   for (int a = 0; a < 3; ++a)
     if (result[a].size() != advected[a].size()) result.resize(g);
   Scratch scratch{std::make_unique_for_overwrite<double[]>(largest),
+                  std::make_unique_for_overwrite<unsigned char[]>(largest),
                   std::make_unique_for_overwrite<int[]>(largest)};
   advect_component<0>(g, transporting, advected[0], dt, valid_source[0], target[0], scratch,
                       result[0]);

@@ -64,10 +64,11 @@ void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double
 #pragma omp parallel for schedule(dynamic, 1024)
   for (int t = 0; t < count; ++t) {
     const Ijk c = unravel(phi, cells[t]);
-    const double x[3] = {c.i + 0.5, c.j + 0.5, c.k + 0.5};
-    double v[3], s[3];
-    sampler(x[0], x[1], x[2], v);
-    sampler.trace(x, v, -dt / g.dx, s);
+    const Axes x = {c.i + 0.5, c.j + 0.5, c.k + 0.5, 0.0};
+    Axes v, end;
+    sampler.at(x, v);
+    sampler.trace(x, v, -dt / g.dx, end);
+    const double s[3] = {end[0], end[1], end[2]};
     const double foot[3] = {s[0] - 0.5, s[1] - 0.5, s[2] - 0.5};
     values[t] = with_air_outside(g, open_side, phi, s, tricubic(phi, foot));
   }

@@ -221,8 +221,10 @@ void move_particles_along_normal(const Grid& g, const Array3<double>& phi, doubl
                                  Particles& particles) {
   const Vec3 low = g.low() + Vec3::Constant(kWallGap * g.dx),
              high = g.high() - Vec3::Constant(kWallGap * g.dx);
+  const float deep = radius_at(kLargest * g.dx, g.dx);
 #pragma omp parallel for
   for (std::size_t t = 0; t < particles.size(); ++t) {
+    if (particles.radius[t] == deep) continue;  // touches no surface
     Vec3& x = particles.position[t];
     const Vec3 moved = x + distance * interpolate_gradient(g, phi, x).stableNormalized();
     x = moved.cwiseMax(low).cwiseMin(high);

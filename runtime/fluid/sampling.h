@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 
 #include "runtime/grid/grid.h"
 
@@ -47,15 +48,13 @@ struct Lattice {
 
   std::size_t base(Slot x, Slot y, Slot z) const { return x.i + row * y.i + slab * z.i; }
 
+  /// Along z, y, x in this order: the two corners along x, neighbours in memory, go together.
   double at(std::size_t n, double fx, double fy, double fz) const {
     const double* p = values + n;
     const double* q = p + sz;
-    const double c00 = p[0] + fx * (p[sx] - p[0]);
-    const double c10 = p[sy] + fx * (p[sy + sx] - p[sy]);
-    const double c01 = q[0] + fx * (q[sx] - q[0]);
-    const double c11 = q[sy] + fx * (q[sy + sx] - q[sy]);
-    const double c0 = c00 + fy * (c10 - c00), c1 = c01 + fy * (c11 - c01);
-    return c0 + fz * (c1 - c0);
+    const Pair low = blend(pair(p), pair(q), fz), high = blend(pair(p + sy), pair(q + sy), fz);
+    const Pair line = blend(low, high, fy);
+    return line[0] + fx * (line[1] - line[0]);
   }
   double at(Slot x, Slot y, Slot z) const { return at(base(x, y, z), x.f, y.f, z.f); }
 
@@ -67,32 +66,71 @@ struct Lattice {
     low = high = c[0];
     for (int m = 1; m < 8; ++m) low = std::min(low, c[m]), high = std::max(high, c[m]);
   }
+
+ private:
+  typedef double Pair __attribute__((vector_size(16)));
+  Pair pair(const double* p) const {
+    if (sx == 0) return Pair{p[0], p[0]};
+    Pair both;
+    std::memcpy(&both, p, sizeof(both));
+    return both;
+  }
+  static Pair blend(Pair a, Pair b, double f) { return a + f * (b - a); }
+};
+
+/// Three numbers, one an axis, in one register; the fourth is 0. (Passed by reference: without AVX
+/// in the flags the calling convention differs.)
+typedef double Axes __attribute__((vector_size(32)));
+
+/// The ends of a lattice; clamped_slot of the three axes at once.
+struct LatticeEnds {
+  Axes end = {}, last = {};  // largest coordinate, last slot
+
+  void set(int axis, int n) { end[axis] = n - 1, last[axis] = std::max(n - 2, 0); }
+  void clamp(const Axes& s, Slot slots[3]) const {
+    typedef int Cells __attribute__((vector_size(16)));
+    Axes inside = s > 0.0 ? s : Axes{};
+    inside = inside < end ? inside : end;
+    const Cells cell = __builtin_convertvector(inside < last ? inside : last, Cells);
+    const Axes f = inside - __builtin_convertvector(cell, Axes);
+    for (int a = 0; a < 3; ++a) slots[a] = {cell[a], f[a]};
+  }
 };
 
 /// All components of a MAC field at positions in cell units (0..nx, 0..ny, 0..nz), clamped at the
 /// boundary.
 struct MacSampler {
   Lattice u, v, w;
-  int nx, ny, nz;
+  LatticeEnds faces, centres;   // all axes as the staggered one, or as the others
+  LatticeEnds of_component[3];  // of the points of each component
 
-  MacSampler(const Grid& g, const MacField& field)
-      : u(field[0]), v(field[1]), w(field[2]), nx(g.nx), ny(g.ny), nz(g.nz) {}
+  MacSampler(const Grid& g, const MacField& field) : u(field[0]), v(field[1]), w(field[2]) {
+    for (int a = 0; a < 3; ++a) {
+      faces.set(a, g.size(a) + 1), centres.set(a, g.size(a));
+      for (int c = 0; c < 3; ++c) of_component[c].set(a, g.size(a) + (a == c));
+    }
+  }
 
-  void operator()(double x, double y, double z, double out[3]) const {
-    const Slot xf = clamped_slot(x, nx + 1), xc = clamped_slot(x - 0.5, nx);
-    const Slot yf = clamped_slot(y, ny + 1), yc = clamped_slot(y - 0.5, ny);
-    const Slot zf = clamped_slot(z, nz + 1), zc = clamped_slot(z - 0.5, nz);
-    out[0] = u.at(xf, yc, zc);
-    out[1] = v.at(xc, yf, zc);
-    out[2] = w.at(xc, yc, zf);
+  void at(const Axes& x, Axes& out) const {
+    Slot f[3], c[3];
+    faces.clamp(x, f);
+    centres.clamp(x - 0.5, c);
+    out = Axes{u.at(f[0], c[1], c[2]), v.at(c[0], f[1], c[2]), w.at(c[0], c[1], f[2]), 0.0};
   }
 
   /// x + h v at the midpoint: second-order Runge-Kutta from x with velocity v0 there. h = dt/dx,
   /// s/m.
-  void trace(const double x[3], const double v0[3], double h, double out[3]) const {
-    double v_mid[3];
-    (*this)(x[0] + 0.5 * h * v0[0], x[1] + 0.5 * h * v0[1], x[2] + 0.5 * h * v0[2], v_mid);
-    for (int a = 0; a < 3; ++a) out[a] = x[a] + h * v_mid[a];
+  void trace(const Axes& x, const Axes& v0, double h, Axes& out) const {
+    Axes v_mid;
+    at(x + 0.5 * h * v0, v_mid);
+    out = x + h * v_mid;
+  }
+
+  /// The slots of position x among the points of component A.
+  template <int A>
+  void slots(const Axes& x, Slot s[3]) const {
+    const Axes half = {A == 0 ? 0.0 : 0.5, A == 1 ? 0.0 : 0.5, A == 2 ? 0.0 : 0.5, 0.0};
+    of_component[A].clamp(x - half, s);
   }
 };
 

@@ -1,0 +1,102 @@
+// Cost of a step of water alone, with the air above it and with twice as much: CPU seconds of all
+// threads in the coupled solves and outside of them, and memory.
+//   bench_step [nx ny nz [particles a cell [steps]]]     default 128 128 96 0 6; 0.4 nx of water
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <memory>
+
+#include "runtime/grid/keep_memory.h"
+#include "runtime/simulation.h"
+#include "tests/support/fluid_fields.h"
+
+namespace archetide::test {
+namespace {
+
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  double virtual_pages = 0.0, pages = 0.0;
+  statm >> virtual_pages >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+// A tank, 1 m long, with sloshing water.
+std::unique_ptr<Simulation> sloshing_tank(int nx, int ny, int nz, int particles) {
+  SimulationOptions o;
+  o.grid = unit_grid(nx, ny, nz, 1.0 / nx);
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.particles_per_cell = particles;
+  o.tolerance = 1e-6;
+  FluidState water;
+  water.phi =
+      sample_cells(o.grid, [](const Vec3& x) { return x[2] - 0.4 - 0.05 * std::cos(M_PI * x[0]); });
+  return std::make_unique<Simulation>(o, std::move(water), std::vector<ReducedBody>(),
+                                      std::vector<TriMesh>());
+}
+
+struct Cost {
+  double solve = 0.0, rest = 0.0;  // CPU seconds a step, of all threads
+  double bytes = 0.0;
+  double cells = 0.0;  // of water
+};
+
+void add_step(Simulation& simulation, Cost& cost) {
+  const double start = cpu_seconds();
+  const StepReport r = simulation.step(simulation.stable_dt());
+  const double all = cpu_seconds() - start;
+  double solve = 0.0;
+  for (const SolveReport* s : {&r.position, &r.velocity})
+    solve += s->setup_cpu_seconds + s->solve_cpu_seconds;
+  cost.solve += solve, cost.rest += all - solve;
+}
+
+int main_of(int nx, int ny, int nz, int particles, int steps) {
+  const int water = static_cast<int>(0.4 * nx), heights[2] = {nz, 2 * nz - water};
+  constexpr int kWarm = 2;
+  std::unique_ptr<Simulation> tank[2];
+  Cost cost[2];
+  for (int t = 0; t < 2; ++t) {
+    const double before = resident_bytes();
+    tank[t] = sloshing_tank(nx, ny, heights[t], particles);
+    for (int n = 0; n < kWarm; ++n) tank[t]->step(tank[t]->stable_dt());
+    cost[t].bytes = resident_bytes() - before;
+    cost[t].cells = 0.4 * nx * nx * ny;
+  }
+  for (int n = 0; n < steps; ++n)  // in turn: a busy machine is as busy for both
+    for (int t = 0; t < 2; ++t) add_step(*tank[t], cost[t]);
+
+  std::printf("%d x %d, water %d cells deep, %d particles a cell, %d threads, %d steps\n", nx, ny,
+              water, particles, omp_get_max_threads(), steps);
+  std::printf(
+      "height   solve s   rest s  rest us / water cell  memory MiB   (a step, CPU seconds)\n");
+  for (int t = 0; t < 2; ++t)
+    std::printf("%6d %9.3f %8.3f %21.3f %11.0f\n", heights[t], cost[t].solve / steps,
+                cost[t].rest / steps, 1e6 * cost[t].rest / steps / cost[t].cells,
+                cost[t].bytes / 1048576.0);
+  std::printf("twice the air: a step %+.1f %% (outside the solve %+.1f %%), memory %+.1f %%\n",
+              100.0 * ((cost[1].solve + cost[1].rest) / (cost[0].solve + cost[0].rest) - 1.0),
+              100.0 * (cost[1].rest / cost[0].rest - 1.0),
+              100.0 * (cost[1].bytes / cost[0].bytes - 1.0));
+  return 0;
+}
+
+}  // namespace
+}  // namespace archetide::test
+
+int main(int argc, char** argv) {
+  archetide::keep_freed_memory();
+  int n[5] = {128, 128, 96, 0, 6};
+  for (int a = 1; a < argc && a <= 5; ++a) n[a - 1] = std::atoi(argv[a]);
+  if (argc > 6 || n[0] < 8 || n[1] < 1 || n[2] < n[0] / 2 || n[3] < 0 || n[4] < 1) {
+    std::fprintf(stderr, "usage: bench_step [nx ny nz [particles a cell [steps]]]; nz >= nx / 2\n");
+    return 2;
+  }
+  return archetide::test::main_of(n[0], n[1], n[2], n[3], n[4]);
+}
