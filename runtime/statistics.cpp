@@ -96,7 +96,8 @@ double largest_surface_speed(const ReducedBody& body) {
   const Mat3 R = body.rotation.toRotationMatrix();
   const Vec3 spin = frame_spin(terms, body.L, body.q_dot),
              v = body.P / terms.mass + R * (terms.shape.shift_rate * body.q_dot);
-  const VecX x_dot = terms.shape.s * (a.surface_modes.leftCols(body.r) * body.q_dot);
+  VecX x_dot = VecX::Zero(3 * static_cast<Eigen::Index>(a.surface.vertices.size()));
+  if (body.r > 0) x_dot = terms.shape.s * (a.surface_modes.leftCols(body.r) * body.q_dot);
   const double swelling = terms.shape.slope.dot(body.q_dot);  // d ln s / dt, 1/s
   std::vector<Vec3> arms;
   deformed_places(body, a.surface.vertices, a.surface_modes, Vec3::Zero(), arms);

@@ -83,7 +83,6 @@ ActuationPattern actuation_pattern(const Archetype& a, const std::vector<int>& v
   for (std::size_t p = 0; p < vertices.size(); ++p) {
     const auto phi = a.surface_modes.middleRows<3>(3 * vertices[p]);
     out.modal += phi.transpose() * out.force[p];
-    out.virial += a.surface.vertices[vertices[p]].dot(out.force[p]);
     out.torque_of_modes -= skew(out.force[p]) * phi;
     if (!balanced) out.torque += a.surface.vertices[vertices[p]].cross(out.force[p]);
   }
@@ -98,14 +97,10 @@ double Actuator::force_at(double t) const {
 VecX modal_force(const Actuator& actuator, double t, const ReducedBody& body,
                  const Configuration& at, const ConfigurationTerms& terms) {
   const ActuationPattern& p = *actuator.pattern;
-  // Σ y × f and Σ y · f of the deformed shape y = s (x + S q), the first turned to the world; the
-  // shift does nothing: what resultant there is the whole body resists
-  const double s = terms.shape.s;
-  const Vec3 torque = s * (at.rotation * (p.torque + p.torque_of_modes.leftCols(body.r) * at.q));
-  const double virial = s * (p.virial + p.modal.head(body.r).dot(at.q));
-  // Bᵀ f = s Σ φ_i·f + (d ln s/dq_i) Σ y·f − (I⁻¹ D_i)·Σ y × f
-  return actuator.force_at(t) * (s * p.modal.head(body.r) + virial * terms.shape.slope -
-                                 terms.spin_of_modes.transpose() * torque);
+  // Σ y × f of the deformed shape y = x + S q, turned to the world
+  const Vec3 torque = at.rotation * Vec3(p.torque + p.torque_of_modes.leftCols(body.r) * at.q);
+  // Bᵀ f = Σ φ_i·f − (I⁻¹ D_i)·Σ y × f
+  return actuator.force_at(t) * (p.modal.head(body.r) - terms.spin_of_modes.transpose() * torque);
 }
 
 }  // namespace archetide

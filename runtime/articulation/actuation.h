@@ -21,7 +21,6 @@ struct ActuationPattern {
   std::vector<int> vertices;   // of the surface
   std::vector<Vec3> force;     // one per vertex, 1
   VecX modal;                  // r, sum phi_i . f, m
-  double virial = 0.0;         // sum x . f of the rest shape, m
   Vec3 torque = Vec3::Zero();  // sum x x f of the rest shape, m; 0 when the points are balanced
   MatX torque_of_modes;        // 3 x r, sum phi_i x f, m per unit q
   double kept = 1.0;           // share of the forces (2-norm) that balancing has left; 0: nothing

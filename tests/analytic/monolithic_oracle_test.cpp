@@ -47,7 +47,8 @@ TEST_P(MonolithicOracle, FastPathEqualsDenseEquation45) {
   std::vector<const SyntheticBody*> pointers;
   const Vec3 positions[3] = {Vec3(-0.35, -0.35, -0.3), Vec3(0.4, 0.35, 0.3),
                              Vec3(0.35, -0.4, -0.35)};
-  for (int b = 0; b < c.bodies; ++b) shapes.push_back(random_archetype(b + 1, std::max(c.r, 1)));
+  for (int b = 0; b < c.bodies; ++b)
+    shapes.push_back(linear_alone(random_archetype(b + 1, std::max(c.r, 1))));
   for (int b = 0; b < c.bodies; ++b) {
     pointers.push_back(&shapes[b]);
     tank.bodies.push_back(moving_body(shapes[b], c.r, positions[b], random));
@@ -119,8 +120,8 @@ TEST_P(ArticulatedOracle, FastPathEqualsDenseEquation49) {
   const Vec3 positions[3] = {Vec3(-0.35, -0.35, -0.3), Vec3(0.4, 0.35, 0.3),
                              Vec3(0.35, -0.4, -0.35)};
   for (std::size_t b = 0; b < c.r.size(); ++b)
-    shapes.push_back(
-        random_archetype(c.twins ? 1 : static_cast<unsigned>(b) + 1, std::max(c.r[b], 1)));
+    shapes.push_back(linear_alone(
+        random_archetype(c.twins ? 1 : static_cast<unsigned>(b) + 1, std::max(c.r[b], 1))));
   for (std::size_t b = 0; b < c.r.size(); ++b) {
     pointers.push_back(&shapes[b]);
     tank.bodies.push_back(moving_body(shapes[b], c.r[b], positions[b], random));

@@ -49,7 +49,8 @@ SkinnedBar skinned_bar(const std::vector<double>& ends, double blend, double ove
       options.r = r;
       options.density = density;
       const int cells = static_cast<int>(std::lround(lengths[0] / kCell));
-      bar.shapes.push_back(deformable_archetype(box_tets(lengths, Vec3i(cells, 2, 2)), options));
+      bar.shapes.push_back(
+          linear_alone(deformable_archetype(box_tets(lengths, Vec3i(cells, 2, 2)), options)));
       archetype = bar.shapes.back().archetype;
     }
     archetype->name = "part" + std::to_string(p);

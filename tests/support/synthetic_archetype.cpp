@@ -174,6 +174,11 @@ SyntheticBody deformable_archetype(const TetMesh& tets, double density, const Ma
   return body;
 }
 
+SyntheticBody linear_alone(SyntheticBody body) {
+  body.archetype->swelling = {};
+  return body;
+}
+
 SyntheticBody random_archetype(unsigned seed, int r) {
   SyntheticOptions options;
   options.seed = seed;

@@ -49,6 +49,9 @@ SyntheticBody deformable_archetype(const TetMesh& tets, const SyntheticOptions& 
 SyntheticBody deformable_archetype(const TetMesh& tets, double density, const MatX& shapes,
                                    const VecX& omega);
 
+/// Without the correction of its shape: what oracles know that draw the linear modes as they are.
+SyntheticBody linear_alone(SyntheticBody body);
+
 /// The blob used where any valid deformable body will do: 4 x 3 x 3 cells of 0.5 x 0.4 x 0.3 m.
 SyntheticBody random_archetype(unsigned seed, int r);
 
