@@ -8,8 +8,7 @@
 namespace archetide {
 
 /// From here on memory that is freed stays with the process. The fields of a step are freed and
-/// asked for again in the next; handed back, the system clears every page of them again (6 % of a
-/// step at 192^3).
+/// asked for again in the next; handed back, the system clears every page of them again.
 inline void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
