@@ -9,32 +9,19 @@
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/body_state.h"
 #include "runtime/contact/body_contacts.h"
-#include "runtime/contact/keep_out.h"
 #include "runtime/contact/wall_contact.h"
-#include "runtime/coupling/air_extension.h"
 #include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
-#include "runtime/fluid/extrapolation.h"
-#include "runtime/fluid/markers.h"
-#include "runtime/fluid/particle_level_set.h"
-#include "runtime/fluid/surface.h"
-#include "runtime/fluid/time_splitting.h"
-#include "runtime/grid/state_fields.h"
 #include "runtime/solid/inversion_guard.h"
 #include "runtime/statistics.h"
+#include "runtime/water_step.h"
 
 namespace archetide {
 namespace {
 
-// How far back in the step, in steps, the surface and the bodies are read for their hydrostatic
-// pressure. 1/2 leaves waves of every length and floating bodies undamped: a tank with bodies in it
-// was still in violent motion after 10 s, where real water has lost the energy in what the grid
-// does not see. 1/2 - c damps an oscillation of frequency w by c/2 (w dt)^2 a step: 2 % a period
-// for a sloshing tank of 64 cells at the largest step, 0.5 % at a quarter of it; bodies more. The
-// chop that breaking feeds is read back less still: 15 % a step for waves of two cells.
-constexpr double kReadBack = 0.47;
+// How far back in the step, in steps, the bodies are read for their hydrostatic pressure: as for
+// the surface (WaterStep), but floating bodies are damped more.
 constexpr double kBodyReadBack = 0.4;
-constexpr double kChopDamping = 0.2;
 
 WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   WallContactOptions w;
@@ -93,42 +80,10 @@ CouplingOptions coupling_options(const SimulationOptions& o) {
   return c;
 }
 
-// Cells whose larger part is solid: phi is continued into them, particles die there.
-void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask) {
-  mask.resize(solids.cell.nx(), solids.cell.ny(), solids.cell.nz());
-  for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = solids.cell[n] > 0.5;
-}
-
-// Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its
-// centre): where the advected velocity is wanted.
-void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
-  if (target[0].size() == 0) target.resize(g, 0);
-  for (auto& component : target.axis) component.fill(0);
-#pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) {
-          target[0](i, j, k) = target[1](i, j, k) = 1;
-          target[2](i, j, k) = 1;
-        }
-        // The high faces in passes of their own, so that no two threads write one face.
-#pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) target[0](i + 1, j, k) = target[1](i, j + 1, k) = 1;
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) target[2](i, j, k + 1) = 1;
-}
-
 }  // namespace
 
 struct Simulation::Impl {
   SimulationOptions options;
-  FluidState fluid;
   std::vector<ReducedBody> bodies;
   std::vector<ReducedBody> waiting;  // to appear, in order
   std::vector<double> release;       // s, of those that wait
@@ -137,6 +92,7 @@ struct Simulation::Impl {
   std::vector<Actuator> actuators;
   std::vector<SkinnedBodies> skins;
   Coupling coupling;
+  WaterStep water;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;           // per body, bounds its extent
@@ -146,49 +102,28 @@ struct Simulation::Impl {
   std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
   std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
   std::vector<Vec3> water_impulse, water_angular_impulse;
-  FaceField<unsigned char> valid;  // faces of fluid.u that mean something (layers count)
-  Array3<unsigned char> solid_cells;
-  FaceField<unsigned char> target;
-  MacField u_half, u_star;
-  MacField push;     // dt grad p / rho over the last half-step (kSingle: full-step) solve, m/s,
-                     // continued like the velocity
-  MacField carrier;  // transporting velocity, m/s
-  MacField u_last;   // u^{n-1}, m/s (Scheme::kSingle)
   std::vector<ReducedBody> seen;  // as the last solve saw them (Scheme::kSingle)
-  double last_dt = 0.0;           // s, of the step that u_half stems from; 0: of none
   std::int64_t step_count = 0;
-  double volume_wanted = 0.0,
-         volume = 0.0;  // m^3: at the start less what left through open sides; last measured
-  double volume_given_back = 0.0;     // m^3
-  double actuation_work = 0.0;        // J
-  std::unique_ptr<KeepOut> keep_out;  // null: no markers
+  double actuation_work = 0.0;  // J
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
        std::vector<TriMesh> obs, std::vector<double> appear, std::vector<Joint> tied,
        std::vector<SkinnedBodies> skinned)
       : options(std::move(o)),
-        fluid(std::move(initial)),
         waiting(std::move(b)),
         release(std::move(appear)),
         obstacles(std::move(obs)),
         joints(std::move(tied)),
         skins(std::move(skinned)),
-        coupling(coupling_options(options), obstacles, joints, skins) {
+        coupling(coupling_options(options), obstacles, joints, skins),
+        water(options, std::move(initial)) {
     release.resize(waiting.size(), 0.0);
     between = body_contacts(options, waiting, obstacles, joints, skins);
     admit_bodies();
   }
 
-  bool has_water() const { return options.has_water && options.grid.cells() > 0; }
   bool has_tank() const { return options.grid.cells() > 0; }
-  SurfaceOptions surface_options() const {
-    SurfaceOptions s;
-    s.particles_per_cell = options.particles_per_cell;
-    s.open_side = options.open_side;
-    return s;
-  }
-  int extrapolation_layers() const { return static_cast<int>(std::ceil(options.cfl)) + 4; }
 
   void prepare();
   void admit_bodies();
@@ -209,23 +144,10 @@ struct Simulation::Impl {
   bool may_reach_wall(std::size_t b, double dt) const;
   std::vector<double> body_speeds() const;
   void resolve_body_contact(double dt, StepReport& report);
-  void advect_to_half(double dt);
-  void advect_to_end(double dt);
-  // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
-  FreeSurface surface_now(double dt) const {
-    if (!has_water() || options.scheme == Scheme::kSingle) return {&fluid.phi};
-    return {&fluid.phi, &u_half, kReadBack * dt, kChopDamping * dt, &push, 0.5 * dt};
-  }
-  // How far from the surface the velocity that carries it is asked, m: where a step may carry it,
-  // and the cells around.
-  double swept_reach() const { return (1.5 + std::min(options.cfl, 3.0)) * options.grid.dx; }
   void update_geometry(const std::vector<ReducedBody>& at);
   void visit_state(StateArchive& a);
-  void visit_water(StateArchive& a);
-  void control_volume();
+  void visit_seen(StateArchive& a);
   void carry_markers(double dt);
-  void keep_markers_in_water();
-  void extrapolate(MacField& u, FaceField<unsigned char>& mask);
   void fill_report(double dt, StepReport& report);
   SimulationFailure failure(double dt, const StepReport& report) const;
 };
@@ -234,7 +156,7 @@ struct Simulation::Impl {
 void Simulation::Impl::admit_bodies() {
   constexpr double kSameTime = 1e-9;  // s
   std::size_t n = 0;
-  while (n < waiting.size() && release[n] <= fluid.time + kSameTime) ++n;
+  while (n < waiting.size() && release[n] <= water.fluid.time + kSameTime) ++n;
   if (n > 0) admit(n);
 }
 
@@ -252,22 +174,10 @@ void Simulation::Impl::admit(std::size_t n) {
 
 // First look at the scene: fractions, a clean level set, particles.
 void Simulation::Impl::prepare() {
-  if (!has_water()) return;
-  const Grid& g = options.grid;
-  if (fluid.u[0].size() == 0) fluid.u.resize(g, 0.0);
-  u_half.resize(g, 0.0);
-  u_star.resize(g, 0.0);
-  push.resize(g, 0.0);
-  carrier.resize(g, 0.0);
-  if (options.scheme == Scheme::kSingle) u_last.resize(g, 0.0);
-  valid.resize(g, 1);
+  if (!water.present()) return;
   update_geometry(bodies);
-  mark_solid_cells(coupling.solids(), solid_cells);
-  prepare_surface(g, fluid, surface_options(), solid_cells);
-  volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
-  if (fluid.markers.empty()) return;
-  keep_out = std::make_unique<KeepOut>(obstacles, 0.5 * g.dx);
-  keep_markers_in_water();
+  water.prepare(coupling);
+  water.place_markers(obstacles, bodies);
 }
 
 void Simulation::Impl::update_geometry(const std::vector<ReducedBody>& at) {
@@ -278,8 +188,8 @@ void Simulation::Impl::update_geometry(const std::vector<ReducedBody>& at) {
 
 // The list of everything that a step hands to the next.
 void Simulation::Impl::visit_state(StateArchive& a) {
-  a.field("time", fluid.time);
-  a.field("last_dt", last_dt);
+  a.field("time", water.fluid.time);
+  a.field("last_dt", water.last_dt);
   a.field("step_count", step_count);
   a.field("actuation_work", actuation_work);
   std::size_t present = bodies.size();
@@ -294,103 +204,24 @@ void Simulation::Impl::visit_state(StateArchive& a) {
     contact_fields(a, "contact/position", between->memory.position);
     contact_fields(a, "contact/velocity", between->memory.velocity);
   }
-  if (has_water()) visit_water(a);
+  if (water.present()) {
+    water.visit_state(a);
+    if (options.scheme == Scheme::kSingle) visit_seen(a);
+  }
   coupling.visit_state(a);
 }
 
-void Simulation::Impl::visit_water(StateArchive& a) {
-  a.field("water/volume_wanted", volume_wanted);
-  a.field("water/volume", volume);
-  a.field("water/volume_given_back", volume_given_back);
-  a.field("water/markers", fluid.markers);
-  a.field("particles/position", fluid.particles.position);
-  a.field("particles/radius", fluid.particles.radius);
-  a.field("particles/sign", fluid.particles.sign);
-  grid_field(a, "water/phi", fluid.phi);
-  grid_field(a, "water/valid", valid);
-  grid_field(a, "water/u", fluid.u);
-  grid_field(a, "water/u_half", u_half);
-  grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
-  grid_field(a, "water/push", push);
-  if (options.scheme != Scheme::kSingle) return;
-  grid_field(a, "water/u_last", u_last);
-  // With one solve a step the surface moves before there is a new geometry.
+// With one solve a step the surface moves before there is a new geometry.
+void Simulation::Impl::visit_seen(StateArchive& a) {
   if (seen.empty()) seen = bodies;
   body_fields(a, "seen", seen);
   if (a.reading()) update_geometry(seen);
 }
 
-// Markers follow the velocity that carries the surface.
 void Simulation::Impl::carry_markers(double dt) {
-  if (!keep_out) return;
+  if (water.fluid.markers.empty()) return;
   ScopedTimer timer(profile, "markers");
-  advect_points(options.grid, u_half, dt, fluid.markers);
-  keep_markers_in_water();
-}
-
-// Trilinear velocities near a body know its sides to a fraction of a cell only.
-void Simulation::Impl::keep_markers_in_water() {
-  constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
-  return_to_water(options.grid, fluid.phi, fluid.markers);
-  keep_out->move_out(bodies, kClearance * options.grid.dx, fluid.markers);
-}
-
-// Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
-// Beside bodies in waves the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius);
-// a shift of at most 0.02 cells a step gives it back.
-void Simulation::Impl::control_volume() {
-  const Grid& g = options.grid;
-  constexpr double kMaxShift = 0.02;  // cells a step
-  constexpr double kNothing = 1e-9;   // of the volume: still water is left alone to the last bit
-  const double missing = volume_wanted - volume;
-  if (!options.volume_control || std::abs(missing) <= kNothing * volume_wanted) return;
-  std::size_t cut = 0;  // open cells that the surface crosses
-  for (std::size_t n = 0; n < fluid.phi.size(); ++n)
-    cut += std::abs(fluid.phi[n]) < 0.5 * g.dx && coupling.solids().cell[n] < 0.5;
-  if (cut == 0) return;
-  const double area = static_cast<double>(cut) * g.dx * g.dx;
-  const double shift = std::clamp(missing / area, -kMaxShift * g.dx, kMaxShift * g.dx);
-  move_particles_along_normal(g, fluid.phi, shift, fluid.particles);
-  for (std::size_t n = 0; n < fluid.phi.size(); ++n) fluid.phi[n] -= shift;
-  volume_given_back += shift * area;
-}
-
-void Simulation::Impl::extrapolate(MacField& u, FaceField<unsigned char>& mask) {
-  extrapolate_velocity(options.grid, u, mask, extrapolation_layers());
-  close_sides(options.grid, options.open_side, u);
-}
-
-// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in `push`.
-void Simulation::Impl::advect_to_half(double dt) {
-  const Grid& g = options.grid;
-  const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
-  continue_in_time(fluid.u, u_half, ahead, valid, carrier);
-  mark_water_faces(g, fluid.phi, target);
-  advect_velocity(g, carrier, fluid.u, 0.5 * dt, valid, target, u_half);
-  push = u_half;
-}
-
-// u_star for the full-step solve: the second half of the way after the reflection (two solves), or
-// all of it (one).
-void Simulation::Impl::advect_to_end(double dt) {
-  const Grid& g = options.grid;
-  mark_water_faces(g, fluid.phi, target);
-  if (options.scheme == Scheme::kSingle) {
-    // The last solve's push stands in for that of a half step.
-    const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
-    continue_in_time(fluid.u, u_last, share, valid, carrier);
-    u_last = fluid.u;
-    add_push(push, -share, valid, u_half);
-    advect_velocity(g, carrier, u_half, dt, valid, target, u_star);
-    add_push(push, share, target, u_star);
-    u_half = fluid.u;
-    return;
-  }
-  continue_in_time(u_half, fluid.u, 0.5, valid, carrier);  // (dt/4) / (dt/2)
-  add_push(push, -1.0, valid, u_half);
-  advect_velocity(g, carrier, u_half, 0.5 * dt, valid, target, u_star);
-  add_push(push, 1.0, valid, u_half);
-  add_push(push, 2.0, target, u_star);
+  water.carry_markers(dt, bodies);
 }
 
 // Stage 1: velocities at the half step move the bodies.
@@ -403,22 +234,22 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     ahead = between->ahead(bodies, body_speeds(), dt);
   }
   ScopedTimer timer(profile, "positions");
-  if (has_water()) advect_to_half(dt);
+  if (water.present()) water.advect_to_half(dt);
   std::vector<Configuration> now;
   for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
+  const std::vector<VecX> driven = actuation(water.fluid.time + 0.5 * dt, now);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], now[b], {}, may_reach_wall(b, dt), {}, {}, driven[b]});
   std::vector<StageResult> results;
   const auto couple = [&] {
-    report.position = coupling.couple(Stage::kPositionHalf, dt, {&fluid.phi}, stage, u_half,
-                                      results, between ? &ahead : nullptr);
+    report.position = coupling.couple(Stage::kPositionHalf, dt, {&water.fluid.phi}, stage,
+                                      water.u_half, results, between ? &ahead : nullptr);
     return report.position.converged;
   };
   if (!couple()) return false;
   if (lock_modes(results, dt, stage)) {  // again, so that the water meets modes that do not move
-    if (has_water()) u_half = push;
+    if (water.present()) water.restore_half();
     if (between) ahead = between->ahead(bodies, body_speeds(), dt);
     if (!couple()) return false;
   }
@@ -428,13 +259,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     between->memory.position = ahead.forces;
     report.contact_sweeps += ahead.sweeps;
   }
-  if (has_water()) {
-    valid = coupling.valid();
-    subtract_solved(u_half, valid, push);
-    FaceField<unsigned char> mask = valid;
-    extrapolate(push, mask);
-    extrapolate(u_half, valid);
-  }
+  if (water.present()) water.after_position_solve(coupling);
   std::vector<VecX> y;
   std::vector<FreeMotion> motions;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -505,10 +330,10 @@ std::vector<VecX> Simulation::Impl::actuation(double t,
 // their own implicit half step, so that stiff ones stay bounded. The water's surface moves with
 // u^n.
 void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& middle) {
-  if (has_water()) u_half = fluid.u;
+  if (water.present()) water.start_single();
   std::vector<Configuration> now;
   for (const ReducedBody& body : bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> driven = actuation(fluid.time + 0.5 * dt, now);
+  const std::vector<VecX> driven = actuation(water.fluid.time + 0.5 * dt, now);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     ReducedBody& body = bodies[b];
     VecX force = VecX::Zero(body.dofs());
@@ -590,31 +415,23 @@ bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
                                           const std::vector<std::vector<Vec3>>& read_points,
                                           StepReport& report) {
-  const Grid& g = options.grid;
-  if (has_water()) {
+  if (water.present()) {
     {
       ScopedTimer timer(profile, "surface");
-      mark_solid_cells(coupling.solids(), solid_cells);
-      make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(),
-                               u_half);
-      std::swap(fluid.u, u_half);
-      advance_surface(g, fluid, dt, surface_options(), solid_cells, step_count);
-      std::swap(fluid.u, u_half);
-      control_volume();
+      water.move_surface(dt, coupling, step_count);
     }
     ScopedTimer timer(profile, "advection");
-    advect_to_end(dt);
+    water.advect_to_end(dt);
+    water.before_velocity_solve();
   }
   ScopedTimer timer(profile, "velocities");
-  drive = actuation(fluid.time + 0.5 * dt, middle);
+  drive = actuation(water.fluid.time + 0.5 * dt, middle);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], drive[b]});
   std::vector<StageResult> results;
-  const bool single = has_water() && options.scheme == Scheme::kSingle;
-  if (single) push = u_star;
-  report.velocity = coupling.couple(Stage::kVelocityFull, dt, surface_now(dt), stage, u_star,
-                                    results, between ? &touching : nullptr);
+  report.velocity = coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage,
+                                    water.u_star, results, between ? &touching : nullptr);
   if (!report.velocity.converged) return false;
   if (between) {
     profile.add("velocities", -coupling.contact_seconds());
@@ -633,16 +450,9 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
   }
-  if (has_water()) {
-    std::swap(fluid.u, u_star);
-    valid = coupling.valid();
+  if (water.present()) {
+    water.after_velocity_solve(coupling);
     report.divergence = coupling.last_divergence();
-    if (single) {
-      subtract_solved(fluid.u, valid, push);
-      FaceField<unsigned char> mask = valid;
-      extrapolate(push, mask);
-    }
-    extrapolate(fluid.u, valid);
   }
   return true;
 }
@@ -672,19 +482,19 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
 
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
   ScopedTimer timer(profile, "statistics");
-  r.t = fluid.time;
+  r.t = water.fluid.time;
   r.dt = dt;
   double fastest = 0.0;
   for (const ReducedBody& b : bodies) {
     add_body_statistics(b, options.gravity, r);
     fastest = std::max(fastest, largest_surface_speed(b));
   }
-  if (has_water()) {
-    add_water_statistics(options, fluid, coupling, r);
-    volume = r.water_volume;
-    volume_wanted -= dt * outflow_through_sides(options, fluid, coupling);
-    r.volume_given_back = volume_given_back;
-    fastest = std::max(fastest, cfl_speed(fluid.u, &coupling.valid()));
+  if (water.present()) {
+    add_water_statistics(options, water.fluid, coupling, r);
+    water.volume = r.water_volume;
+    water.volume_wanted -= dt * outflow_through_sides(options, water.fluid, coupling);
+    r.volume_given_back = water.volume_given_back;
+    fastest = std::max(fastest, cfl_speed(water.fluid.u, &coupling.valid()));
   }
   r.max_speed = fastest;
   r.joint_drift = joint_drift(joints, bodies);
@@ -699,7 +509,7 @@ SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report)
   const bool open_joints = report.joint_drift > 0.0;
   Culprit culprit;
   double nearest = INFINITY;
-  if (has_water() && !open_joints) {
+  if (water.present() && !open_joints) {
     culprit.cell = coupling.last_divergent_cell();
     const Vec3i& c = *culprit.cell;
     const Vec3 x = options.grid.cell_centre(c[0], c[1], c[2]);
@@ -713,7 +523,7 @@ SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report)
        << " (dt = " << dt << " s, residual "
        << std::max(report.position.residual, report.velocity.residual) << ", "
        << std::max(report.position.iterations, report.velocity.iterations) << " iterations)";
-  return {"convergence", what.str(), fluid.time, culprit};
+  return {"convergence", what.str(), water.fluid.time, culprit};
 }
 
 Simulation::Simulation(SimulationOptions options, FluidState initial,
@@ -736,12 +546,13 @@ double Simulation::stable_dt() const {
   if (o.grid.cells() == 0) return dt;
   double speed = 0.0;
   for (const ReducedBody& b : impl_->bodies) speed = std::max(speed, largest_surface_speed(b));
-  if (impl_->has_water()) speed = std::max(speed, cfl_speed(impl_->fluid.u, &impl_->valid));
+  if (impl_->water.present())
+    speed = std::max(speed, cfl_speed(impl_->water.fluid.u, &impl_->water.valid()));
   // speed dt + |g| dt^2 = cfl dx: what falls freely during the step counts as well
   const double g = o.gravity.norm(), reach = o.cfl * o.grid.dx;
   dt = std::min(dt, 2.0 * reach / (speed + std::sqrt(speed * speed + 4.0 * g * reach) + 1e-300));
   // Waves of one cell, k = pi / dx: omega dt = sqrt(pi) < 2, the limit of the explicit surface.
-  if (impl_->has_water() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));
+  if (impl_->water.present() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));
   return dt;
 }
 
@@ -749,14 +560,11 @@ StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
   s.admit_bodies();
   StepReport before;
-  before.t = s.fluid.time;
-  demand_finite(s.bodies, s.fluid, before);
+  before.t = s.water.fluid.time;
+  demand_finite(s.bodies, s.water.fluid, before);
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
-  const Array3<double> phi = s.fluid.phi;
-  const Particles particles = s.fluid.particles;
-  const FaceField<unsigned char> valid = s.valid;
-  const double volume_given_back = s.volume_given_back;
+  const WaterStep::Memory water = s.water.memory();
   const BodyContacts::Memory contact_memory =
       s.between ? s.between->memory : BodyContacts::Memory();
 
@@ -766,20 +574,16 @@ StepReport Simulation::step(double dt) {
     report.halvings = halvings;
     if (s.attempt(dt, report)) {
       s.carry_markers(dt);
-      s.last_dt = dt;
-      s.fluid.time += dt;
+      s.water.last_dt = dt;
+      s.water.fluid.time += dt;
       ++s.step_count;
       s.fill_report(dt, report);
-      demand_finite(s.bodies, s.fluid, report);
+      demand_finite(s.bodies, s.water.fluid, report);
       return report;
     }
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings) throw s.failure(dt, report);
     s.bodies = bodies;
-    s.fluid.phi = phi;
-    s.fluid.particles = particles;
-    s.valid = valid;
-    s.last_dt = 0.0;
-    s.volume_given_back = volume_given_back;
+    s.water.restore(water);
     if (s.between) s.between->memory = contact_memory;
   }
 }
@@ -793,9 +597,9 @@ void Simulation::set_actuators(std::vector<Actuator> actuators) {
   impl_->actuators = std::move(actuators);
 }
 
-double Simulation::time() const { return impl_->fluid.time; }
+double Simulation::time() const { return impl_->water.fluid.time; }
 const SimulationOptions& Simulation::options() const { return impl_->options; }
-const FluidState& Simulation::fluid() const { return impl_->fluid; }
+const FluidState& Simulation::fluid() const { return impl_->water.fluid; }
 const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
 std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }
 std::vector<ReducedBody> Simulation::all_bodies() const {

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/contact/keep_out.h"
+#include "runtime/coupling/coupling.h"
+#include "runtime/fluid/fluid_state.h"
+#include "runtime/fluid/surface.h"
+#include "runtime/simulation.h"
+
+namespace archetide {
+
+/// The water between the coupled solves of a step (Section 6): its state, the fields that carry it
+/// from one solve to the next, and the volume that it should have. A tank without water only keeps
+/// the time. Two solves a step: advect_to_half, solve, after_position_solve, move_surface,
+/// advect_to_end, solve, after_velocity_solve. One: start_single, move_surface and on.
+class WaterStep {
+ public:
+  /// `options` must outlive it.
+  WaterStep(const SimulationOptions& options, FluidState initial)
+      : fluid(std::move(initial)), options_(options) {}
+
+  FluidState fluid;
+  MacField u_half;                           // at the middle of the step, m/s
+  MacField u_star;                           // advected, for the full-step solve, m/s
+  double last_dt = 0.0;                      // s, of the step that u_half stems from; 0: of none
+  double volume_wanted = 0.0, volume = 0.0;  // m^3: at the start less what left through open sides;
+                                             // last measured
+  double volume_given_back = 0.0;            // m^3
+
+  bool present() const { return options_.has_water && options_.grid.cells() > 0; }
+  /// Faces of fluid.u that mean something (layers count).
+  const FaceField<unsigned char>& valid() const { return valid_; }
+
+  /// First look at the scene: fields, a clean level set, particles.
+  void prepare(const Coupling& coupling);
+  /// Markers, if there are any, out of bodies and obstacles.
+  void place_markers(const std::vector<TriMesh>& obstacles, const std::vector<ReducedBody>& bodies);
+
+  void advect_to_half(double dt);
+  /// The position solve is to be made again: its velocity before it.
+  void restore_half() { u_half = push_; }
+  void after_position_solve(const Coupling& coupling);
+  void start_single() { u_half = fluid.u; }
+
+  /// The level set and the particles over the whole step, and the volume that they lost.
+  void move_surface(double dt, const Coupling& coupling, std::int64_t step);
+  void advect_to_end(double dt);
+  /// How the velocity solve reads the surface's pressure.
+  FreeSurface surface_now(double dt) const;
+  void before_velocity_solve();
+  void after_velocity_solve(const Coupling& coupling);
+
+  /// Markers follow the velocity that carries the surface.
+  void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
+
+  void visit_state(StateArchive& a);
+
+  /// What an attempt changes and a rejected one must give back (u^n is only replaced by a step that
+  /// succeeds).
+  struct Memory {
+    Array3<double> phi;
+    Particles particles;
+    FaceField<unsigned char> valid;
+    double volume_given_back;
+  };
+  Memory memory() const { return {fluid.phi, fluid.particles, valid_, volume_given_back}; }
+  void restore(const Memory& before);
+
+ private:
+  bool single() const { return options_.scheme == Scheme::kSingle; }
+  SurfaceOptions surface_options() const;
+  /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
+  /// and the cells around.
+  double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
+  void extrapolate(MacField& u, FaceField<unsigned char>& mask) const;
+  void continue_push();
+  void control_volume(const Coupling& coupling);
+  void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
+
+  const SimulationOptions& options_;
+  FaceField<unsigned char> valid_, target_;
+  Array3<unsigned char> solid_cells_;
+  MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
+                   // m/s, continued like the velocity
+  MacField carrier_;                   // transporting velocity, m/s
+  MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
+  std::unique_ptr<KeepOut> keep_out_;  // null: no markers
+};
+
+}  // namespace archetide
