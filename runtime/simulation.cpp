@@ -422,7 +422,6 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     }
     ScopedTimer timer(profile, "advection");
     water.advect_to_end(dt);
-    water.before_velocity_solve();
   }
   ScopedTimer timer(profile, "velocities");
   drive = actuation(water.fluid.time + 0.5 * dt, middle);

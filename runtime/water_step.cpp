@@ -94,8 +94,7 @@ void WaterStep::continue_push() {
   extrapolate(push_, mask);
 }
 
-// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in
-// `push_`.
+// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in push_.
 void WaterStep::advect_to_half(double dt) {
   const Grid& g = options_.grid;
   const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
@@ -111,7 +110,7 @@ void WaterStep::advect_to_end(double dt) {
   const Grid& g = options_.grid;
   mark_water_faces(g, fluid.phi, target_);
   if (single()) {
-    // The last solve's push_ stands in for that of a half step.
+    // The last solve's push stands in for that of a half step.
     const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
     continue_in_time(fluid.u, u_last_, share, valid_, carrier_);
     u_last_ = fluid.u;
@@ -119,6 +118,7 @@ void WaterStep::advect_to_end(double dt) {
     advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
     add_push(push_, share, target_, u_star);
     u_half = fluid.u;
+    push_ = u_star;
     return;
   }
   continue_in_time(u_half, fluid.u, 0.5, valid_, carrier_);  // (dt/4) / (dt/2)
@@ -149,10 +149,6 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
 FreeSurface WaterStep::surface_now(double dt) const {
   if (!present() || single()) return {&fluid.phi};
   return {&fluid.phi, &u_half, kReadBack * dt, kChopDamping * dt, &push_, 0.5 * dt};
-}
-
-void WaterStep::before_velocity_solve() {
-  if (single()) push_ = u_star;
 }
 
 void WaterStep::after_velocity_solve(const Coupling& coupling) {

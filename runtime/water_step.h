@@ -50,7 +50,6 @@ class WaterStep {
   void advect_to_end(double dt);
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
-  void before_velocity_solve();
   void after_velocity_solve(const Coupling& coupling);
 
   /// Markers follow the velocity that carries the surface.
