@@ -107,6 +107,26 @@ void for_each_neighbour(const Array3<T>& shape, Ijk c, int n, const F& f) {
   if (c.k < shape.nz() - 1) f(2, 1, n + sz);
 }
 
+/// f(m) for the up to 27 cells m around and at c.
+template <class T, class F>
+void for_each_around(const Array3<T>& shape, Ijk c, const F& f) {
+  for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, shape.nz() - 1); ++k)
+    for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, shape.ny() - 1); ++j)
+      for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, shape.nx() - 1); ++i)
+        f(static_cast<int>(shape.index(i, j, k)));
+}
+
+/// Whether the surface phi = 0 lies between open cell n and an open neighbour; `solid` may be
+/// empty.
+inline bool crosses_in_the_open(const Array3<double>& phi, const Array3<unsigned char>& solid,
+                                Ijk c, int n) {
+  const auto open = [&](int m) { return solid.size() == 0 || solid[m] == 0; };
+  bool crosses = false;
+  for_each_neighbour(
+      phi, c, n, [&](int, int, int m) { crosses |= (phi[m] < 0.0) != (phi[n] < 0.0) && open(m); });
+  return crosses && open(n);
+}
+
 /// Neighbours m with mark[m] == 0 of the points of `front` that satisfy from(n); each is marked and
 /// listed once. The set does not depend on the number of threads, its order does.
 template <class Condition>

@@ -157,20 +157,8 @@ std::vector<int> cells_at_surface(const Array3<double>& phi, const Mask& solid) 
   return collect_cells_at_changes(
       phi, [&](std::size_t n) { return phi[n] < 0.0; },
       [&](int i, int j, int k, int n) {
-        bool crosses = false;
-        for_each_neighbour(phi, {i, j, k}, n, [&](int, int, int m) {
-          crosses |= !solid[m] && (phi[m] < 0.0) != (phi[n] < 0.0);
-        });
-        return crosses && !solid[n];
+        return crosses_in_the_open(phi, solid, {i, j, k}, n);
       });
-}
-
-template <class F>
-void for_each_around(const Mask& shape, Ijk c, const F& f) {
-  for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, shape.nz() - 1); ++k)
-    for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, shape.ny() - 1); ++j)
-      for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, shape.nx() - 1); ++i)
-        f(static_cast<int>(shape.index(i, j, k)));
 }
 
 // Mean of the fully trusted straight lines through two known points; `none` without any.

@@ -35,36 +35,22 @@ struct Box {
       : size{a.nx(), a.ny(), a.nz()}, stride{1, a.nx(), a.nx() * a.ny()} {}
 };
 
-// Whether phi changes sign between cell n and a neighbour that is open, or that is solid.
-bool crosses(const Array3<double>& phi, const Mask& solid, Ijk c, int n, bool into_solid) {
-  bool crossed = false;
-  for_each_neighbour(phi, c, n, [&](int, int, int m) {
-    crossed |= wet(phi[m]) != wet(phi[n]) && inside(solid, m) == into_solid;
-  });
-  return crossed;
-}
-
-bool crosses_in_the_open(const Array3<double>& phi, const Mask& solid, Ijk c, int n) {
-  return !inside(solid, n) && crosses(phi, solid, c, n, false);
-}
-
 // It goes on into a solid beside which it stands, in the cells of `sheet`; what phi does in solids
 // elsewhere, left from when the body was dry, is no surface.
 bool at_interface(const Array3<double>& phi, const Mask& solid, const Mask& sheet, Ijk c, int n) {
   const bool open = !inside(solid, n);
-  if (open && crosses(phi, solid, c, n, false)) return true;
+  if (crosses_in_the_open(phi, solid, c, n)) return true;
   if (sheet.size() == 0 || !(open || sheet[n])) return false;
   bool crossed = false;
   for_each_neighbour(phi, c, n, [&](int, int, int m) {
     crossed |= wet(phi[m]) != wet(phi[n]) && (sheet[m] != 0 || (!open && !inside(solid, m)));
   });
   if (!open || !crossed) return crossed;
-  for (int k = std::max(c.k - 1, 0); k <= std::min(c.k + 1, phi.nz() - 1); ++k)
-    for (int j = std::max(c.j - 1, 0); j <= std::min(c.j + 1, phi.ny() - 1); ++j)
-      for (int i = std::max(c.i - 1, 0); i <= std::min(c.i + 1, phi.nx() - 1); ++i)
-        if (crosses_in_the_open(phi, solid, {i, j, k}, static_cast<int>(phi.index(i, j, k))))
-          return true;
-  return false;
+  bool stands_beside = false;
+  for_each_around(phi, c, [&](int m) {
+    stands_beside = stands_beside || crosses_in_the_open(phi, solid, unravel(phi, m), m);
+  });
+  return stands_beside;
 }
 
 // Slopes of phi to both sides of a cell along one axis (m per cell) and whether the interface lies

@@ -157,8 +157,8 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 double kinetic_energy(const ReducedBody& body);
 double elastic_energy(const ReducedBody& body);
 
-/// Places of material points: R s (x + u), world, of the rest places x and the displacements u = S
-/// q (3 n, row 3 k + axis) about `origin`.
+/// Places of material points: origin + R (s (x + S q) + d), world, m, of the rest places x (n) with
+/// the modes S (3 n x at least r, row 3 k + axis).
 void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
                      const Vec3& origin, std::vector<Vec3>& places);
 /// Moment arm R (s (x + phi q) + d) of one such point, world, m.
@@ -169,8 +169,8 @@ Vec3 surface_point(const ReducedBody& body, int v);
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points);
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v);
 /// 3 x (6+r): velocity per unit y of the point at moment arm x that carries the modes phi (3 x r,
-/// body frame): [1, -[x]x, B] with B_i = R (s phi_i + d_rate_i) + (d ln s / dq_i) x - (I^-1 D_i) x
-/// x.
+/// body frame): [1, -[x]x, B] with B_i = R (s phi_i + shift_rate_i) + slope_i x - (I^-1 D_i) x x
+/// (ShapeCorrection).
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
                   const MatX& phi);
 /// The same of surface vertex v.
