@@ -16,3 +16,4 @@ target_link_libraries(archetide_precompute PRIVATE CGAL::CGAL ${OPENBLAS_LIBRARY
 
 add_executable(archetide-precompute precompute/main.cpp)
 target_link_libraries(archetide-precompute PRIVATE archetide_precompute)
+archetide_use_precompiled(archetide-precompute archetide_headers)

@@ -1,6 +1,11 @@
 find_package(GTest REQUIRED)
 include(GoogleTest)
 
+archetide_precompile(archetide_test_headers <gtest/gtest.h>)
+if(ARCHETIDE_PCH)
+  target_link_libraries(archetide_test_headers PRIVATE GTest::gtest)
+endif()
+
 # Every tests/<kind>/<folder>/*_test.cpp becomes one executable test_<kind>_<folder>, linked to `libs`. Test cases
 # whose suite name begins with "Slow" carry the label "slow", all others "fast".
 function(archetide_tests name folder)
@@ -10,6 +15,7 @@ function(archetide_tests name folder)
   endif()
   add_executable(${name} ${sources})
   target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest_main)
+  archetide_use_precompiled(${name} archetide_test_headers)
   gtest_discover_tests(${name} TEST_FILTER "-Slow*" PROPERTIES LABELS fast TIMEOUT 600
                        DISCOVERY_TIMEOUT 60)
   gtest_discover_tests(${name} TEST_FILTER "Slow*" PROPERTIES LABELS slow TIMEOUT 7200
@@ -60,6 +66,7 @@ endif()
 function(archetide_bench name)
   add_executable(${name} ${CMAKE_SOURCE_DIR}/tests/bench/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${ARGN})
+  archetide_use_precompiled(${name} archetide_headers)
 endfunction()
 archetide_bench(bench_pressure_solve archetide_numerics)
 archetide_bench(bench_coupled_solve archetide_test_support)
@@ -95,6 +102,7 @@ else()
   add_executable(scorecard ${scorecard} tests/scorecard/no_elastic_scores.cpp)
 endif()
 target_link_libraries(scorecard PRIVATE archetide_test_support archetide_output)
+archetide_use_precompiled(scorecard archetide_headers)
 target_compile_definitions(scorecard PRIVATE
                            ARCHETIDE_REFERENCE="${CMAKE_SOURCE_DIR}/tests/analytic/reference")
 add_test(NAME Scorecard.QuickRowsMeetTheirTargets
