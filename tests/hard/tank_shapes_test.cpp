@@ -252,16 +252,17 @@ TEST(SlowH29MirrorSymmetry, AsymmetryGrowsWithoutAJump) {
   expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(5.0), 1e-2);
 }
 
-TEST(H30Threads, ResultsDoNotDependOnTheirNumber) {
-  const auto run = [](int threads) {
+// The same from any number of threads: balls as contacts, particles and cut cells go; a soft block
+// whose products of matrices (16 x 16 x some hundred cells) are large enough to be split.
+void expect_same_from_any_number_of_threads(const std::vector<ReducedBody>& bodies, int steps) {
+  const auto run = [&](int threads) {
     std::unique_ptr<Simulation> s;
     test::with_threads(threads, [&] {
       SimulationOptions o = unit_tank(24);
       o.particles_per_cell = 8;
       o.body_contact = true;
-      s = std::make_unique<Simulation>(o, water_to(o.grid, 0.4), four_balls(600.0),
-                                       std::vector<TriMesh>());
-      for (int n = 0; n < 6; ++n) s->step(0.01);
+      s = std::make_unique<Simulation>(o, water_to(o.grid, 0.4), bodies, std::vector<TriMesh>());
+      for (int n = 0; n < steps; ++n) s->step(0.01);
     });
     return s;
   };
@@ -270,11 +271,23 @@ TEST(H30Threads, ResultsDoNotDependOnTheirNumber) {
     const auto many = run(threads);
     EXPECT_TRUE(test::same_bits(one->fluid().phi, many->fluid().phi)) << threads;
     EXPECT_TRUE(test::same_bits(one->fluid().u, many->fluid().u)) << threads;
-    for (std::size_t b = 0; b < 4; ++b) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
       EXPECT_TRUE(one->bodies()[b].P == many->bodies()[b].P) << threads;
       EXPECT_TRUE(one->bodies()[b].L == many->bodies()[b].L) << threads;
+      EXPECT_TRUE(one->bodies()[b].q == many->bodies()[b].q) << threads;
     }
   }
+}
+
+TEST(H30Threads, ResultsDoNotDependOnTheirNumber) {
+  expect_same_from_any_number_of_threads(four_balls(600.0), 6);
+}
+TEST(H30Threads, SoftBodiesDoNotDependOnTheirNumber) {
+  const SyntheticBody shape = random_archetype(3, 10);
+  ReducedBody soft = make_body(shape.archetype, 10);
+  soft.position = Vec3(0.5, 0.5, 0.6);
+  soft.q_dot.setConstant(0.05);
+  expect_same_from_any_number_of_threads({soft}, 20);
 }
 
 // ---- H34: drops of one cell --------------------------------------------------------------------
