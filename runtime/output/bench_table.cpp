@@ -92,7 +92,8 @@ void fill_orders(std::vector<BenchRow>& rows, std::size_t axis,
       values[axis] = rows[n].values[axis];
       if (values != rows[n].values) continue;
       const double ratio = std::abs(std::log(numbers[m] / numbers[n]));
-      if (counts(rows[m]) && counts(rows[n]) && std::isfinite(ratio) && ratio > 0.0 && rows[n].error > 0.0)
+      if (counts(rows[m]) && counts(rows[n]) && std::isfinite(ratio) && ratio > 0.0 &&
+          rows[n].error > 0.0)
         rows[n].order = std::log(rows[m].error / rows[n].error) / ratio;
       break;
     }

@@ -42,13 +42,13 @@ TEST(WaterAlone, SloshingHasItsPeriodAndKeepsItsAmplitude) {
                 100 * relative(r.period, exact), 100 * r.decay);
     EXPECT_LT(std::abs(relative(r.period, exact)), 0.005);  // required; measured 0.0017
     EXPECT_LT(r.decay, 0.03);                               // required; measured 0.019 and 0.005
-    EXPECT_GT(r.decay, -0.001);  // does not grow
+    EXPECT_GT(r.decay, -0.001);                             // does not grow
   }
 }
 
 TEST(WaterAlone, SteepWavesKeepTheirVolume) {
-  // 0.3 % of 0.5 m of water are 0.05 cells of level, twice what is measured. A velocity continued by
-  // slopes alone lost 0.7 % and 1.5 % in 3 s.
+  // 0.3 % of 0.5 m of water are 0.05 cells of level, twice what is measured. A velocity continued
+  // by slopes alone lost 0.7 % and 1.5 % in 3 s.
   for (const bool ball : {false, true}) {
     const SteepWavesResult r = steep_waves(32, 0.1, ball);
     std::printf("%d steps, volume %+.3f %%\n", r.steps, 100 * r.volume_change);
