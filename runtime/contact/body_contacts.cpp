@@ -148,6 +148,7 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
   out.contacts = find(bodies, speed, dt, memory.position);
   share_pinches(out.contacts);
   out.shapes = shapes_;
+  for (const ReducedBody& body : bodies) out.centres.push_back(body.position);
   out.start = memory.position;
   out.solve = solve_options(dt);
   out.target.resize(static_cast<long>(out.contacts.size()));
@@ -155,6 +156,45 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
     out.target[static_cast<long>(k)] = closing_target(out.contacts[k].gap, dt);
   }
   return out;
+}
+
+// The contact at x^{n+1}: its point goes with the sample of a, its normal is that of b there.
+// `solids`: bodies b that were asked already.
+BodyContact BodyContacts::moved_on(const BodyContact& c, const std::vector<ReducedBody>& bodies,
+                                   std::map<int, DeformedSolid>& solids) const {
+  constexpr double kSameFace = 0.5;  // cosine; beyond an edge the push is taken back as given
+  BodyContact now = c;
+  if (c.sample < 0) {  // taken apart along the line of centres: a direction of choice, kept
+    now.point = 0.5 * (bodies[c.a].position + bodies[c.b].position);
+    return now;
+  }
+  now.point = sample_place(bodies[c.a], shapes_[c.a]->samples[c.sample]);
+  const DeformedSolid& b = solids.try_emplace(c.b, bodies[c.b], *shapes_[c.b]).first->second;
+  SolidPoint at;
+  if (b.locate(now.point, INFINITY, at) && at.normal.dot(c.normal) > kSameFace)
+    now.normal = at.normal;
+  return now;
+}
+
+void BodyContacts::take_back(const GroupContacts& ahead, double h,
+                             std::vector<ReducedBody>& bodies) const {
+  std::map<int, DeformedSolid> solids;
+  for (const BodyContact& c : ahead.contacts) {
+    if (c.b < 0) continue;
+    const ContactForce* push = find_force(ahead.forces, c.a, c.b, c.sample);
+    if (!push) continue;
+    const BodyContact now = moved_on(c, bodies, solids);
+    const Vec3 given = h * push->force;
+    const Vec3 taken = Quat::FromTwoVectors(c.normal, now.normal) * given;
+    const auto give = [&](int body, double sign) {
+      ReducedBody& b = bodies[body];
+      b.P += sign * (given - taken);
+      b.L += sign *
+             ((c.point - ahead.centres[body]).cross(given) - (now.point - b.position).cross(taken));
+    };
+    give(c.a, 1.0);
+    give(c.b, -1.0);
+  }
 }
 
 BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,

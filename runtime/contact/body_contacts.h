@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -23,6 +24,7 @@ struct GroupContacts {
   std::vector<BodyContact> contacts;
   VecX target;                              // m/s
   std::vector<const ContactShape*> shapes;  // one per body
+  std::vector<Vec3> centres;                // of the bodies where they were looked for, m
   ContactForces start;                      // of the last step
   ContactSolveOptions solve;
   ContactForces forces;  // result: those that push, sorted
@@ -39,7 +41,8 @@ struct Penetration {
 /// them.
 ///
 ///   position stage: y of the half step must not carry a point through its gap, and gently takes
-///   back overlaps; it moves poses only, so overlaps never turn into momentum;
+///   back overlaps; it moves poses only, so overlaps never turn into momentum: what pushed bodies
+///   apart is taken back at x^{n+1};
 ///   between: impacts on x^{n+1} and v^n, pair after pair with restitution until no pair approaches
 ///   (a chain hands an impact on), then all at once without;
 ///   velocity stage: points that touch do not approach, with friction.
@@ -51,6 +54,13 @@ class BodyContacts {
   /// Contacts that the step may make from x^n. `speed`: of the fastest point of each body, m/s.
   GroupContacts ahead(const std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
                       double dt) const;
+
+  /// Takes back what the position stage (of length h, s) pushed bodies apart with. Each push was
+  /// given at x^n, at one common point of its two bodies; it is taken back at x^{n+1} where that
+  /// point is now, along the normal that is there now. Each time it is equal and opposite, so
+  /// linear and angular momentum of the pair stay to round-off: moving the centres alone would
+  /// change sum t x P by sum dt f x (v_a - v_b).
+  void take_back(const GroupContacts& ahead, double h, std::vector<ReducedBody>& bodies) const;
 
   struct Result {
     GroupContacts velocity_stage;
@@ -72,6 +82,8 @@ class BodyContacts {
   std::vector<BodyContact> find(const std::vector<ReducedBody>& bodies,
                                 const std::vector<double>& speed, double dt,
                                 const ContactForces& before) const;
+  BodyContact moved_on(const BodyContact& c, const std::vector<ReducedBody>& bodies,
+                       std::map<int, DeformedSolid>& solids) const;
   double resting_speed(double dt) const;
   ContactSolveOptions solve_options(double dt) const;
   double closing_target(double gap, double dt) const;
