@@ -158,42 +158,21 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
   return out;
 }
 
-// The contact at x^{n+1}: its point goes with the sample of a, its normal is that of b there.
-// `solids`: bodies b that were asked already.
-BodyContact BodyContacts::moved_on(const BodyContact& c, const std::vector<ReducedBody>& bodies,
-                                   std::map<int, DeformedSolid>& solids) const {
-  constexpr double kSameFace = 0.5;  // cosine; beyond an edge the push is taken back as given
-  BodyContact now = c;
-  if (c.sample < 0) {  // taken apart along the line of centres: a direction of choice, kept
-    now.point = 0.5 * (bodies[c.a].position + bodies[c.b].position);
-    return now;
-  }
-  now.point = sample_place(bodies[c.a], shapes_[c.a]->samples[c.sample]);
-  const DeformedSolid& b = solids.try_emplace(c.b, bodies[c.b], *shapes_[c.b]).first->second;
-  SolidPoint at;
-  if (b.locate(now.point, INFINITY, at) && at.normal.dot(c.normal) > kSameFace)
-    now.normal = at.normal;
-  return now;
-}
-
 void BodyContacts::take_back(const GroupContacts& ahead, double h,
                              std::vector<ReducedBody>& bodies) const {
-  std::map<int, DeformedSolid> solids;
   for (const BodyContact& c : ahead.contacts) {
     if (c.b < 0) continue;
     const ContactForce* push = find_force(ahead.forces, c.a, c.b, c.sample);
     if (!push) continue;
-    const BodyContact now = moved_on(c, bodies, solids);
-    const Vec3 given = h * push->force;
-    const Vec3 taken = Quat::FromTwoVectors(c.normal, now.normal) * given;
-    const auto give = [&](int body, double sign) {
-      ReducedBody& b = bodies[body];
-      b.P += sign * (given - taken);
-      b.L += sign *
-             ((c.point - ahead.centres[body]).cross(given) - (now.point - b.position).cross(taken));
+    ReducedBody &a = bodies[c.a], &b = bodies[c.b];
+    const Vec3 f = h * push->force;
+    const Vec3 point = c.sample >= 0 ? sample_place(a, shapes_[c.a]->samples[c.sample])
+                                     : Vec3(0.5 * (a.position + b.position));
+    const auto lever_lost = [&](int body) -> Vec3 {
+      return (c.point - ahead.centres[body]) - (point - bodies[body].position);
     };
-    give(c.a, 1.0);
-    give(c.b, -1.0);
+    a.L += lever_lost(c.a).cross(f);
+    b.L -= lever_lost(c.b).cross(f);
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -55,11 +54,11 @@ class BodyContacts {
   GroupContacts ahead(const std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
                       double dt) const;
 
-  /// Takes back what the position stage (of length h, s) pushed bodies apart with. Each push was
-  /// given at x^n, at one common point of its two bodies; it is taken back at x^{n+1} where that
-  /// point is now, along the normal that is there now. Each time it is equal and opposite, so
-  /// linear and angular momentum of the pair stay to round-off: moving the centres alone would
-  /// change sum t x P by sum dt f x (v_a - v_b).
+  /// Takes back what the position stage (of length h, s) pushed bodies apart with: given at x^n, at
+  /// one common point of two bodies, and taken back at x^{n+1}, where that point of a is now, each
+  /// time equal and opposite, so that linear and angular momentum stay to round-off. (Centres that
+  /// are moved alone change sum t x P by dt f x (v_a - v_b) for each push f.) Moments of what
+  /// presses all along the step are then those of both ends, as of joints' impulses.
   void take_back(const GroupContacts& ahead, double h, std::vector<ReducedBody>& bodies) const;
 
   struct Result {
@@ -82,8 +81,6 @@ class BodyContacts {
   std::vector<BodyContact> find(const std::vector<ReducedBody>& bodies,
                                 const std::vector<double>& speed, double dt,
                                 const ContactForces& before) const;
-  BodyContact moved_on(const BodyContact& c, const std::vector<ReducedBody>& bodies,
-                       std::map<int, DeformedSolid>& solids) const;
   double resting_speed(double dt) const;
   ContactSolveOptions solve_options(double dt) const;
   double closing_target(double gap, double dt) const;

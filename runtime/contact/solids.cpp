@@ -55,19 +55,11 @@ bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
   return at.gap <= within;
 }
 
-DeformedSolid::DeformedSolid(const ReducedBody& body, const ContactShape& shape)
+DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
     : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
   const ShapeCorrection shape_now = shape_correction(body, body.q);
   scale_ = shape_now.s;
   middle_ = centre_ + R_ * shape_now.shift;
-  if (body.r == 0) return;
-  lattice_ = shape.lattice.modes.leftCols(body.r) * body.q;
-  for (long n = 0; n + 2 < lattice_.size(); n += 3)
-    largest_shift_ = std::max(largest_shift_, lattice_.segment<3>(n).norm());
-}
-
-DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
-    : DeformedSolid(body, shape) {
   std::vector<Vec3> points;
   surface_points(body, points);
   samples_.reserve(shape.samples.size());
@@ -88,28 +80,32 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
     low_ = low_.cwiseMin(low);
     high_ = high_.cwiseMax(high);
   }
+  if (body.r == 0) return;
+  lattice_ = shape.lattice.modes.leftCols(body.r) * body.q;
+  for (long n = 0; n + 2 < lattice_.size(); n += 3)
+    largest_shift_ = std::max(largest_shift_, lattice_.segment<3>(n).norm());
 }
 
-Vec3 DeformedSolid::displacement(const Vec3& rest) const {
+Vec3 DeformedBody::displacement(const Vec3& rest) const {
   const ModeLattice::Stencil s = shape_->lattice.stencil(rest);
   Vec3 u = Vec3::Zero();
   for (int c = 0; c < 8; ++c) u += s.weight[c] * lattice_.segment<3>(3L * s.node[c]);
   return u;
 }
 
-Mat3 DeformedSolid::displacement_gradient(const Vec3& rest) const {
+Mat3 DeformedBody::displacement_gradient(const Vec3& rest) const {
   const ModeLattice::Stencil s = shape_->lattice.stencil(rest);
   Mat3 G = Mat3::Zero();
   for (int c = 0; c < 8; ++c) G += lattice_.segment<3>(3L * s.node[c]) * s.slope[c].transpose();
   return G;
 }
 
-double DeformedSolid::least_gap(const Vec3& x) const {
+double DeformedBody::least_gap(const Vec3& x) const {
   return scale_ * (shape_->sdf().value(unscaled(x)) - largest_shift_);
 }
 
 // Newton's method for X + u(X) = y; where the modes fold space over there is no answer.
-bool DeformedSolid::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
+bool DeformedBody::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
   constexpr int kTurns = 10;
   constexpr double kLeastVolume = 0.1;  // det(1 + du/dX) of a fold
   const double close = 1e-6 * shape_->sdf().spacing;
@@ -124,7 +120,7 @@ bool DeformedSolid::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
   return (y - rest - displacement(rest)).norm() < 0.1 * shape_->sdf().spacing;
 }
 
-bool DeformedSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
+bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
   Vec3 rest = unscaled(x);
   Mat3 stretch = Mat3::Identity();
   if (lattice_.size() > 0 && !undeform(Vec3(rest), rest, stretch)) return false;

@@ -53,15 +53,24 @@ class StaticSolid : public TouchedSolid {
   Vec3 low_, high_;
 };
 
-/// One body at one configuration as a solid: the inverse of its deformation, s (X + u(X)) + d = y
-/// on the mode lattice: O(1) a query after O(lattice r) of set-up.
-class DeformedSolid : public TouchedSolid {
+/// One body at one configuration: its samples in space, and, as a solid, the inverse of its
+/// deformation, s (X + u(X)) + d = y on the mode lattice: O(1) a query after O(lattice r) of
+/// set-up, and nothing that outlives the search.
+class DeformedBody : public TouchedSolid {
  public:
-  DeformedSolid(const ReducedBody& body, const ContactShape& shape);
+  DeformedBody(const ReducedBody& body, const ContactShape& shape);
 
   const ContactShape& shape() const { return *shape_; }
   const Vec3& centre() const { return centre_; }
+  const std::vector<Vec3>& samples() const { return samples_; }  // world, m
   Vec3 normal(int sample) const { return R_ * shape_->samples[sample].normal; }
+  struct Ball {
+    Vec3 centre;
+    double radius;
+  };
+  const std::vector<Ball>& balls() const { return balls_; }  // one per cluster
+  const Vec3& low() const { return low_; }                   // of the samples
+  const Vec3& high() const { return high_; }
 
   double least_gap(const Vec3& x) const override;
   bool locate(const Vec3& x, double within, SolidPoint& at) const override;
@@ -76,30 +85,13 @@ class DeformedSolid : public TouchedSolid {
   const ContactShape* shape_;
   Mat3 R_;
   Vec3 centre_;
-  double scale_;                // s
-  Vec3 middle_;                 // R d beside the centre, m
-  VecX lattice_;                // 3 x nodes, displacement in the body frame, m
-  double largest_shift_ = 0.0;  // m
-};
-
-/// And its samples in space; nothing that outlives the search.
-class DeformedBody : public DeformedSolid {
- public:
-  DeformedBody(const ReducedBody& body, const ContactShape& shape);
-
-  const std::vector<Vec3>& samples() const { return samples_; }  // world, m
-  struct Ball {
-    Vec3 centre;
-    double radius;
-  };
-  const std::vector<Ball>& balls() const { return balls_; }  // one per cluster
-  const Vec3& low() const { return low_; }                   // of the samples
-  const Vec3& high() const { return high_; }
-
- private:
+  double scale_;  // s
+  Vec3 middle_;   // R d beside the centre, m
   std::vector<Vec3> samples_;
   std::vector<Ball> balls_;
   Vec3 low_, high_;
+  VecX lattice_;                // 3 x nodes, displacement in the body frame, m
+  double largest_shift_ = 0.0;  // m
 };
 
 /// Where a surface sample of the body is, world, m.

