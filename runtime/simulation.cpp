@@ -97,7 +97,7 @@ struct Simulation::Impl {
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;           // per body, bounds its extent
   std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
-  GroupContacts touching;                 // of the velocity stage
+  GroupContacts ahead, touching;          // of the position and of the velocity stage
   InversionGuard guard;                   // of soft bodies' elements
   std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
   std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
@@ -228,7 +228,6 @@ void Simulation::Impl::carry_markers(double dt) {
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
                                          StepReport& report) {
-  GroupContacts ahead;
   if (between) {
     ScopedTimer search(profile, "contact");
     ahead = between->ahead(bodies, body_speeds(), dt);
@@ -377,6 +376,7 @@ std::vector<double> Simulation::Impl::body_speeds() const {
 
 // Between the stages: bodies against each other, obstacles and walls.
 void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
+  if (options.scheme == Scheme::kNewmark) between->take_back(ahead, 0.5 * dt, bodies);
   BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
   touching = std::move(met.velocity_stage);
   const Penetration& p = met.penetration;

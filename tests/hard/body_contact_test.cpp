@@ -271,21 +271,122 @@ TEST(SlowStack, FiveCubesStandForHalfAMinute) {
   expect_stack(s, 30.0);
 }
 
+/// How far momenta are from those of `start`: linear as a part of sum |P|, angular about the
+/// origin, of places and of spin, as a part of sum |t x P| + |L|.
+struct MomentumError {
+  double linear = 0.0, angular = 0.0;
+};
+MomentumError momentum_error(const StepReport& now, const std::vector<ReducedBody>& start) {
+  Vec3 P = Vec3::Zero(), J = Vec3::Zero();
+  double sum_P = 0.0, sum_J = 0.0;
+  for (const ReducedBody& b : start) {
+    P += b.P, J += b.L + b.position.cross(b.P);
+    sum_P += b.P.norm(), sum_J += b.position.cross(b.P).norm() + b.L.norm();
+  }
+  return {(now.body_momentum - P).norm() / sum_P, (now.body_angular_momentum - J).norm() / sum_J};
+}
+
+/// Steps of 0.01 s in vacuum; momenta must stay to round-off after every one.
+StepReport run_with_constant_momenta(Simulation& s, int steps) {
+  constexpr double kRoundOff = 1e-12;
+  const std::vector<ReducedBody> start = s.bodies();
+  MomentumError largest;
+  StepReport r;
+  for (int n = 0; n < steps; ++n) {
+    r = s.step(0.01);
+    const MomentumError error = momentum_error(r, start);
+    largest.linear = std::max(largest.linear, error.linear);
+    largest.angular = std::max(largest.angular, error.angular);
+  }
+  std::printf("momentum off by %.2e, angular momentum by %.2e\n", largest.linear, largest.angular);
+  // measured at most 4e-16 and 2.2e-15; centres moved without their levers: 2e-6 (cradle) to 1e-2
+  EXPECT_LE(largest.linear, kRoundOff);
+  EXPECT_LE(largest.angular, kRoundOff);
+  return r;
+}
+
+double energy_of(const std::vector<ReducedBody>& bodies) {
+  double energy = 0.0;
+  for (const ReducedBody& b : bodies) energy += kinetic_energy(b) + elastic_energy(b);
+  return energy;
+}
+
 TEST(Cradle, HandsTheImpactOnAndKeepsMomentum) {
   SimulationOptions o = vacuum(0.0);
   o.restitution = 1.0;
   std::vector<ReducedBody> balls;
-  for (int n = 0; n < 5; ++n) balls.push_back(ball(0.1, Vec3(0.2 * n, 0, 0)));
+  for (int n = 0; n < 5; ++n) balls.push_back(ball(0.1, Vec3(0.2 * n, 0.3, 0.2)));
   balls[0].position[0] = -0.3;
   balls[0].P = balls[0].archetype->integrals.mass * Vec3(1, 0, 0);
-  const Vec3 before = balls[0].P;
   Simulation s(o, FluidState(), balls, {});
-  StepReport r;
-  for (int n = 0; n < 60; ++n) r = s.step(0.01);
-  EXPECT_LE((r.body_momentum - before).norm(), 1e-12 * before.norm());
+  run_with_constant_momenta(s, 60);
   // polyhedra of 1280 faces do not meet quite head-on: measured 2e-4 of the speed
   EXPECT_NEAR(velocity_of(s.bodies()[4])[0], 1.0, 0.01);
   for (int n = 0; n < 4; ++n) EXPECT_LE(velocity_of(s.bodies()[n]).norm(), 0.01) << "ball " << n;
+}
+
+/// Two balls that meet off centre, the one spinning.
+std::vector<ReducedBody> oblique_balls() {
+  std::vector<ReducedBody> balls = {ball(0.1, Vec3(0.1, 0.4, 0.2), Vec3(1.3, 0.2, 0.0)),
+                                    ball(0.08, Vec3(0.4, 0.5, 0.25), Vec3(-0.6, 0.0, -0.1))};
+  balls[0].L = balls[0].archetype->integrals.mass * Vec3(0.4, -1.0, 2.0) * 0.01;
+  return balls;
+}
+
+TEST(ObliqueImpact, KeepsMomenta) {
+  for (const double restitution : {0.0, 0.6, 1.0})
+    for (const double friction : {0.0, 0.4}) {
+      SimulationOptions o = vacuum(0.0);
+      o.restitution = restitution;
+      o.friction = friction;
+      const std::vector<ReducedBody> balls = oblique_balls();
+      Simulation s(o, FluidState(), balls, {});
+      run_with_constant_momenta(s, 40);
+      const double before = energy_of(balls), after = energy_of(s.bodies());
+      std::printf("restitution %.1f, friction %.1f: energy %+.4f\n", restitution, friction,
+                  after / before - 1.0);
+      EXPECT_GT((s.bodies()[0].P - balls[0].P).norm(), 0.1 * balls[0].P.norm());  // they met
+      EXPECT_LE(after, before * (1.0 + 1e-3));
+    }
+}
+
+TEST(ObliqueImpact, SoftRingAndBallKeepMomenta) {
+  SimulationOptions o = vacuum(0.0);
+  o.restitution = 0.3;
+  o.friction = 0.4;
+  std::vector<ReducedBody> bodies = {soft_ring(Vec3(0.5, 0.5, 0.3)),
+                                     ball(0.08, Vec3(0.62, 0.45, 0.6), Vec3(0.2, 0.1, -2.0))};
+  bodies[0].rotation = rotation_of(3);
+  bodies[0].P = body_mass(bodies[0]) * Vec3(0.0, 0.1, 0.5);
+  const std::vector<ReducedBody> start = bodies;
+  Simulation s(o, FluidState(), bodies, {});
+  run_with_constant_momenta(s, 60);
+  const double before = energy_of(start), after = energy_of(s.bodies());
+  std::printf("energy %+.4f\n", after / before - 1.0);
+  EXPECT_GT((s.bodies()[1].P - start[1].P).norm(), 0.1 * start[1].P.norm());
+  EXPECT_LE(after, before * (1.0 + 1e-3));
+}
+
+/// Impulses of the position stage at joints take part in the momenta of the step (RATTLE), those at
+/// contacts do not.
+TEST(ObliqueImpact, JointedBarsAndBallKeepMomenta) {
+  SyntheticOptions bar;
+  bar.r = 6;
+  bar.first_omega = 60.0;
+  const SyntheticBody shape =
+      deformable_archetype(box_tets(Vec3(0.3, 0.1, 0.1), Vec3i(4, 2, 2)), bar);
+  std::vector<ReducedBody> bodies(2, make_body(shape.archetype, 6));
+  bodies[0].position = Vec3(0.2, 0.5, 0.3);
+  bodies[1].position = Vec3(0.5, 0.5, 0.3);
+  const std::vector<Joint> joints = {make_joint(bodies, 0, 1, {Vec3(0.15, 0.0, 0.0)})};
+  bodies.push_back(ball(0.08, Vec3(0.58, 0.52, 0.6), Vec3(0.2, 0.1, -2.0)));
+  SimulationOptions o = vacuum(0.0);
+  o.restitution = 0.3;
+  o.friction = 0.4;
+  Simulation s(o, FluidState(), bodies, {}, {}, joints);
+  const StepReport r = run_with_constant_momenta(s, 60);
+  EXPECT_LE(r.joint_drift, 1e-12);
+  EXPECT_GT((s.bodies()[2].P - bodies[2].P).norm(), 0.1 * bodies[2].P.norm());
 }
 
 TEST(Overlap, BallsHalfInOneAnotherSeparateGently) {
