@@ -13,6 +13,7 @@
 #include "common/sha256.h"
 #include "common/surface_io.h"
 #include "common/swelling.h"
+#include "precompute/child_process.h"
 #include "precompute/cut.h"
 #include "precompute/defects.h"
 #include "precompute/frequency_error.h"
@@ -70,19 +71,25 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
 }
 
 /// What the recipe's cuts leave, accepted like any other surface.
-TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, IntakeReport& report, Log& log,
-                    Profile& profile) {
+TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, double& cpu_seconds,
+                    IntakeReport& report, Log& log, Profile& profile) {
   const ScopedTimer timer(profile, "cut");
   const double volume = report.volume;
-  SurfaceFile part;
-  part.path = recipe.mesh_path;
-  part.mesh = cut_solid(whole, recipe.cuts);
-  part.face_numbers.resize(part.mesh.triangles.size());
-  std::iota(part.face_numbers.begin(), part.face_numbers.end(), 1);
+  const auto cut = [&](IntakeReport& found) {
+    SurfaceFile part;
+    part.path = recipe.mesh_path;
+    part.mesh = cut_solid(whole, recipe.cuts);
+    part.face_numbers.resize(part.mesh.triangles.size());
+    std::iota(part.face_numbers.begin(), part.face_numbers.end(), 1);
+    return accept_surface(part, 1.0, found);
+  };
   try {
-    TriMesh surface = accept_surface(part, 1.0, report);
+    TriMesh surface = in_time("cutting " + counted(whole.triangles.size(), "face", "faces"),
+                              cpu_seconds, report, cut);
     log.say(join("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
     return surface;
+  } catch (const OutOfTime& error) {
+    throw InputError({Diagnostic{recipe.cuts.front().where, error.what(), kOutOfTimeHint}});
   } catch (const SurfaceDefects& error) {
     std::vector<Diagnostic> list = error.diagnostics;
     for (Diagnostic& d : list) d.what = "after the cuts: " + d.what;
@@ -104,16 +111,18 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
     file = read_surface(recipe.mesh_path);
   }
   TriMesh surface;
+  TetrahedralizeOptions meshing = recipe.tet;  // with the time that the steps before leave
   {
     const ScopedTimer timer(profile, "intake");
-    surface = accept_surface(file, recipe.scale, recipe.repair, body.intake);
+    surface = accept_surface(file, recipe.scale, recipe.repair, meshing.cpu_seconds, body.intake);
   }
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
-  if (!recipe.cuts.empty()) surface = cut_surface(recipe, surface, body.intake, log, profile);
+  if (!recipe.cuts.empty())
+    surface = cut_surface(recipe, surface, meshing.cpu_seconds, body.intake, log, profile);
   log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
                " faces, volume ", body.intake.volume, " m^3"));
   const ScopedTimer timer(profile, "mesh");
-  TetrahedralizeResult result = tetrahedralize(surface, recipe.tet);
+  TetrahedralizeResult result = tetrahedralize(surface, meshing);
   body.tets = std::move(result.mesh);
   body.quality = result.quality;
   body.surface = std::move(surface);

@@ -104,8 +104,9 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
   IntakeReport intake;
   {
     const ScopedTimer timer(profile, "intake");
-    skin.surface =
-        accept_surface(read_surface(recipe.mesh_path), recipe.scale, recipe.repair, intake);
+    double cpu_seconds = recipe.tet.cpu_seconds;
+    skin.surface = accept_surface(read_surface(recipe.mesh_path), recipe.scale, recipe.repair,
+                                  cpu_seconds, intake);
     skin.mesh_hash = sha256_of_file(recipe.mesh_path);
   }
   for (const std::string& note : intake.notes()) log.say(recipe.mesh_path + ": " + note);

@@ -11,44 +11,77 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <new>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "precompute/defects.h"
+#include "precompute/packing.h"
 
 namespace archetide {
+
+template <class Archive>
+void fields(Archive& archive, Diagnostic& d) {
+  archive(d.where.file, d.where.line, d.where.column, d.what, d.hint);
+}
+
 namespace {
 
-constexpr char kMesh = 'm', kError = 'e';  // first byte of an answer
+/// What an answer holds.
+enum class Kind : char { kResult, kDefects, kInput, kFile, kMachine, kOther };
 
-std::string packed(const TetMesh& mesh) {
-  std::string bytes(1, kMesh);
-  append_number(bytes, mesh.nodes.size());
-  append_number(bytes, mesh.tets.size());
-  for (const Vec3& x : mesh.nodes)
-    for (const double coordinate : x) append_number(bytes, coordinate);
-  for (const auto& tet : mesh.tets)
-    for (const int node : tet) append_number(bytes, node);
-  return bytes;
+template <class... T>
+std::string packed(Kind kind, const T&... values) {
+  Packer pack;
+  pack(kind, values...);
+  return std::move(pack.bytes);
 }
 
-TetMesh unpacked(const std::string& bytes) {
-  std::size_t at = 1;
-  TetMesh mesh;
-  mesh.nodes.resize(take_number<std::size_t>(bytes, at));
-  mesh.tets.resize(take_number<std::size_t>(bytes, at));
-  for (Vec3& x : mesh.nodes)
-    for (double& coordinate : x) coordinate = take_number<double>(bytes, at);
-  for (auto& tet : mesh.tets)
-    for (int& node : tet) node = take_number<int>(bytes, at);
-  return mesh;
-}
-
-std::string answer_of(const std::function<TetMesh()>& work) {
+std::string answer_of(const std::function<std::string()>& work) {
   try {
-    return packed(work());
+    return packed(Kind::kResult, work());
+  } catch (const SurfaceDefects& error) {
+    return packed(Kind::kDefects, error.diagnostics, error.offenders);
+  } catch (const InputError& error) {
+    return packed(Kind::kInput, error.diagnostics);
+  } catch (const FileError& error) {
+    return packed(Kind::kFile, std::string(error.what()));
+  } catch (const MachineError& error) {
+    return packed(Kind::kMachine, std::string(error.what()));
+  } catch (const std::bad_alloc&) {
+    return packed(Kind::kMachine, std::string("out of memory"));
   } catch (const std::exception& error) {
-    return kError + std::string(error.what());
+    return packed(Kind::kOther, std::string(error.what()));
   }
+}
+
+/// The result, or what was thrown.
+std::string result_of(std::string answer) {
+  Unpacker unpack(std::move(answer));
+  Kind kind{};
+  std::string text;
+  std::vector<Diagnostic> list;
+  TriMesh offenders;
+  unpack(kind);
+  if (kind == Kind::kDefects)
+    unpack(list, offenders);
+  else if (kind == Kind::kInput)
+    unpack(list);
+  else
+    unpack(text);
+  switch (kind) {
+    case Kind::kResult:
+      return text;
+    case Kind::kDefects:
+      throw SurfaceDefects(list, offenders);
+    case Kind::kInput:
+      throw InputError(list);
+    case Kind::kFile:
+      throw FileError(text);
+    case Kind::kMachine:
+      throw MachineError(text);
+    case Kind::kOther:
+      break;
+  }
+  throw NumericsError(text);
 }
 
 rlim_t whole_seconds(double cpu_seconds) {
@@ -57,9 +90,10 @@ rlim_t whole_seconds(double cpu_seconds) {
 
 double seconds(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); }
 
-[[noreturn]] void work_in_child(int pipe_end, double cpu_seconds,
-                                const std::function<TetMesh()>& work) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // not longer than the parent
+[[noreturn]] void work_in_child(pid_t parent, int pipe_end, double cpu_seconds,
+                                const std::function<std::string()>& work) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);     // not longer than the parent
+  if (::getppid() != parent) ::_exit(0);  // which ended before that
   const rlimit time{whole_seconds(cpu_seconds), whole_seconds(cpu_seconds) + 1};
   ::setrlimit(RLIMIT_CPU, &time);
   ::signal(SIGXCPU, SIG_DFL);
@@ -76,45 +110,77 @@ double seconds(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_
   ::_exit(0);
 }
 
-std::string read_all(int pipe_end) {
-  std::string bytes;
-  std::array<char, 1 << 16> buffer;
-  for (ssize_t n; (n = ::read(pipe_end, buffer.data(), buffer.size())) != 0;) {
-    if (n > 0) bytes.append(buffer.data(), static_cast<std::size_t>(n));
-    if (n < 0 && errno != EINTR) break;
+/// The child and our end of its pipe; neither outlives this.
+class Child {
+ public:
+  Child(const std::string& name, double cpu_seconds, const std::function<std::string()>& work) {
+    int ends[2];
+    if (::pipe(ends) != 0) throw MachineError(name + ": no pipe: " + std::strerror(errno));
+    const pid_t parent = ::getpid();
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::close(ends[0]);
+      work_in_child(parent, ends[1], cpu_seconds, work);
+    }
+    ::close(ends[1]);
+    pipe_end_ = ends[0];
+    if (pid_ < 0) {
+      ::close(pipe_end_);
+      throw MachineError(name + ": no process: " + std::strerror(errno));
+    }
   }
-  return bytes;
-}
+  ~Child() {
+    ::close(pipe_end_);
+    if (pid_ < 0) return;
+    ::kill(pid_, SIGKILL);
+    rusage use{};
+    wait(use);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  std::string read_all() {
+    std::string bytes;
+    std::array<char, 1 << 16> buffer;
+    for (ssize_t n; (n = ::read(pipe_end_, buffer.data(), buffer.size())) != 0;) {
+      if (n > 0) bytes.append(buffer.data(), static_cast<std::size_t>(n));
+      if (n < 0 && errno != EINTR) break;
+    }
+    return bytes;
+  }
+
+  /// How it ended, and what it used.
+  int wait(rusage& use) {
+    int status = 0;
+    while (::wait4(pid_, &status, 0, &use) < 0 && errno == EINTR) {
+    }
+    pid_ = -1;
+    return status;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int pipe_end_ = -1;
+};
 
 }  // namespace
 
-TetMesh in_child_process(const std::string& name, double& cpu_seconds,
-                         const std::function<TetMesh()>& work) {
-  int ends[2];
-  if (::pipe(ends) != 0) throw MachineError(name + ": no pipe: " + std::strerror(errno));
-  const pid_t child = ::fork();
-  if (child < 0) throw MachineError(name + ": no process: " + std::strerror(errno));
-  if (child == 0) {
-    ::close(ends[0]);
-    work_in_child(ends[1], cpu_seconds, work);
-  }
-  ::close(ends[1]);
-  const std::string answer = read_all(ends[0]);
-  ::close(ends[0]);
-  int status = 0;
+std::string in_child_process(const std::string& name, double& cpu_seconds,
+                             const std::function<std::string()>& work) {
+  Child child(name, cpu_seconds, work);
+  std::string answer = child.read_all();
   rusage use{};
-  while (::wait4(child, &status, 0, &use) < 0 && errno == EINTR) {
-  }
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-    throw OutOfTime(name + " was stopped after " + std::to_string(whole_seconds(cpu_seconds)) +
-                    " CPU seconds");
+  const int status = child.wait(use);
+  const bool stopped = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+  const rlim_t allowed = whole_seconds(cpu_seconds);
   cpu_seconds -= seconds(use.ru_utime) + seconds(use.ru_stime);
+  if (stopped)
+    throw OutOfTime(name + " was stopped after " + std::to_string(allowed) + " CPU seconds");
   if (WIFSIGNALED(status) || answer.empty())
     throw NumericsError(name + " crashed" +
                         (WIFSIGNALED(status) ? " (signal " + std::to_string(WTERMSIG(status)) + ")"
                                              : std::string()));
-  if (answer[0] == kError) throw NumericsError(answer.substr(1));
-  return unpacked(answer);
+  return result_of(std::move(answer));
 }
 
 }  // namespace archetide

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "common/input_error.h"
-#include "common/tet_mesh.h"
 
 namespace archetide {
 
@@ -13,11 +12,13 @@ struct OutOfTime : NumericsError {
   using NumericsError::NumericsError;
 };
 
-/// Runs `work` in a child process and hands its tets back, so that a library that aborts, or never
-/// ends, does not take us with it. `cpu_seconds`: what the child may use, in whole seconds; what it
-/// did use is taken off. Throws OutOfTime, NumericsError with what `work` threw or with `name` and
-/// the signal that ended it, MachineError when there is no process to be had.
-TetMesh in_child_process(const std::string& name, double& cpu_seconds,
-                         const std::function<TetMesh()>& work);
+/// Runs `work` in a child process and hands back the bytes that it returns, so that a library that
+/// aborts, or never ends, does not take us with it. `cpu_seconds`: what the child may use, in whole
+/// seconds, at least one; what it did use is taken off. Throws OutOfTime; what `work` threw
+/// (SurfaceDefects, InputError, FileError, MachineError, anything else as NumericsError);
+/// NumericsError with `name` and the signal that ended it; MachineError when there is no process to
+/// be had. The child ends when we do.
+std::string in_child_process(const std::string& name, double& cpu_seconds,
+                             const std::function<std::string()>& work);
 
 }  // namespace archetide

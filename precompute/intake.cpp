@@ -10,8 +10,10 @@
 #include "common/surface_formats.h"
 #include "common/surface_topology.h"
 #include "common/weld.h"
+#include "precompute/child_process.h"
 #include "precompute/defects.h"
 #include "precompute/nesting.h"
+#include "precompute/packing.h"
 
 namespace archetide {
 namespace {
@@ -272,8 +274,7 @@ void demand_one_solid(const Candidate& c, const Nesting& n) {
   };
   const auto show = [&](const std::vector<int>& list) {
     for (int t = 0; t < static_cast<int>(n.shell.size()); ++t) {
-      if (std::find(list.begin(), list.end(), n.shell[t]) != list.end())
-        found.triangles.push_back(t);
+      if (std::binary_search(list.begin(), list.end(), n.shell[t])) found.triangles.push_back(t);
     }
   };
   if (outer.size() > 1) {
@@ -352,15 +353,31 @@ TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& repo
   return std::move(c.mesh);
 }
 
-TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,
-                       IntakeReport& report) {
-  if (repair.kind != Repair::kWrap) {
-    try {
-      return accept_surface(file, scale, report);
-    } catch (const SurfaceDefects&) {
-      if (repair.kind == Repair::kNone) throw;
-    }
-  }
+template <class Archive>
+void fields(Archive& archive, IntakeReport& r) {
+  archive(r.vertices, r.faces, r.welded, r.unused, r.collapsed, r.reoriented, r.turned_inside_out,
+          r.cavities, r.cavity_volume, r.volume, r.area, r.centroid, r.inertia, r.low, r.high,
+          r.repair);
+}
+
+TriMesh in_time(const std::string& step, double& cpu_seconds, IntakeReport& report,
+                const std::function<TriMesh(IntakeReport&)>& work) {
+  Unpacker unpack(in_child_process(step, cpu_seconds, [&] {
+    IntakeReport found;
+    const TriMesh mesh = work(found);
+    Packer pack;
+    pack(mesh, found);
+    return std::move(pack.bytes);
+  }));
+  TriMesh mesh;
+  unpack(mesh, report);
+  return mesh;
+}
+
+namespace {
+
+TriMesh accept_repaired(const SurfaceFile& file, double scale, const RepairOptions& repair,
+                        IntakeReport& report) {
   demand_finite(file);
   RepairReport done;
   const SurfaceFile repaired = repair_surface(file, scale, repair, done);
@@ -376,6 +393,47 @@ TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOption
                (wraps ? "try another wrap.alpha" : "set repair = \"wrap\"");
     }
     throw SurfaceDefects(list, error.offenders);
+  }
+}
+
+const char* out_of_time_hint(Repair kind) {
+  if (kind == Repair::kNone) return kOutOfTimeHint;
+  if (kind == Repair::kWrap)
+    return "raise wrap.alpha, make the surface coarser in the modelling program, or allow more "
+           "with "
+           "--time-limit";
+  return "repair the surface in the modelling program, set repair = \"wrap\", or allow more with "
+         "--time-limit";
+}
+
+}  // namespace
+
+TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,
+                       double& cpu_seconds, IntakeReport& report) {
+  const std::string of_faces = " of " + counted(file.mesh.triangles.size(), "face", "faces");
+  std::vector<Diagnostic> defects;  // for which the repair is made
+  TriMesh offenders = file.mesh;
+  std::string step = "the check" + of_faces;
+  Repair kind = Repair::kNone;
+  try {
+    if (repair.kind != Repair::kWrap) {
+      try {
+        return in_time(step, cpu_seconds, report,
+                       [&](IntakeReport& r) { return accept_surface(file, scale, r); });
+      } catch (const SurfaceDefects& error) {
+        if (repair.kind == Repair::kNone) throw;
+        defects = error.diagnostics;
+        for (Diagnostic& d : defects) d.hint.clear();  // it was taken
+        offenders = error.offenders;
+      }
+    }
+    kind = repair.kind;
+    step = std::string("repair = \"") + name_of(kind) + "\"" + of_faces;
+    return in_time(step, cpu_seconds, report,
+                   [&](IntakeReport& r) { return accept_repaired(file, scale, repair, r); });
+  } catch (const OutOfTime& error) {
+    defects.push_back({{file.path, 0, 0}, error.what(), out_of_time_hint(kind)});
+    throw SurfaceDefects(defects, offenders);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,10 +35,22 @@ struct IntakeReport {
 /// (file coordinates) of the first ones.
 TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& report);
 
-/// The same after the repair that was asked for. Filling and union leave a surface alone that is
-/// acceptable as it is; a wrap always wraps.
+/// The same after the repair that was asked for, in time. Filling and union leave a surface alone
+/// that is acceptable as it is; a wrap always wraps. `cpu_seconds`: what it may use, see in_time();
+/// a surface that takes longer is refused.
 TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,
-                       IntakeReport& report);
+                       double& cpu_seconds, IntakeReport& report);
+
+/// The surface that `work` makes and what it reports, from a process of its own that may use
+/// `cpu_seconds` (what it uses is taken off; whole seconds are given, at least one). Throws what
+/// `work` throws, and OutOfTime with the name of the step.
+TriMesh in_time(const std::string& step, double& cpu_seconds, IntakeReport& report,
+                const std::function<TriMesh(IntakeReport&)>& work);
+
+/// What to do about a surface that takes too long.
+inline constexpr char kOutOfTimeHint[] =
+    "make the surface coarser (decimate, remesh) in the modelling program, or allow more with "
+    "--time-limit";
 
 constexpr unsigned kMostCrossings = 100'000;  // two crumpled surfaces can have millions
 

@@ -25,6 +25,7 @@ struct CommandLine {
   std::string input, output, depfile, defects, log_file;
   std::vector<std::string> archetypes;
   int threads = 1;
+  double time_limit = TetrahedralizeOptions().cpu_seconds;
   int mode = 0;
   double amplitude = -1.0;  // m; negative: a tenth of the body's size
   bool verbose = false, quiet = false, json = false, markdown = false;
@@ -90,11 +91,17 @@ void refuse_skin(const std::string& path, const std::string& verb) {
                      verb + " the archetypes of its parts");
 }
 
+Recipe recipe_of(const CommandLine& c) {
+  Recipe recipe = read_recipe(c.input);
+  recipe.tet.cpu_seconds = c.time_limit;
+  return recipe;
+}
+
 void build(const CommandLine& c, Log& log) {
   unfinished = c.output + ".part";
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
-  const Recipe recipe = read_recipe(c.input);
+  const Recipe recipe = recipe_of(c);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
   if (recipe.skin) return write_skin_of(recipe, c, log, profile);
@@ -114,7 +121,7 @@ void build(const CommandLine& c, Log& log) {
 
 void check(const CommandLine& c, Log& log) {
   Profile profile;
-  const Recipe recipe = read_recipe(c.input);
+  const Recipe recipe = recipe_of(c);
   if (recipe.skin) {
     std::cout << skin_text(build_skin(recipe, log, profile), 0);
     return log.detail(phase_table(profile));
@@ -190,6 +197,14 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& pu
   return sub;
 }
 
+void add_time_limit(CLI::App& verb, CommandLine& c) {
+  verb.add_option("--time-limit", c.time_limit,
+                  "refuse a surface that takes longer to check, repair and mesh, CPU seconds (and "
+                  "2e-4 for each tet)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
 void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   CLI::App& build_verb =
       add_verb(app, "build", "Compute an archetype: surface -> tets -> mass, stiffness -> modes",
@@ -201,12 +216,14 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
 
   build_verb.add_option("--defects", c.defects,
                         "where the elements that are wrong go (default: OUT.defects.ply)");
+  add_time_limit(build_verb, c);
 
   CLI::App& check_verb =
       add_verb(app, "check", "Read and validate a body file, mesh it and report; no modes", check,
                c, chosen);
   check_verb.add_option("body", c.input, "body file, NAME.body.toml")->required();
   check_verb.add_option("--defects", c.defects, "write the elements that are wrong to this PLY");
+  add_time_limit(check_verb, c);
 
   CLI::App& info_verb = add_verb(app, "info", "Print what an archetype holds", info, c, chosen);
   info_verb.add_option("archetype", c.input, "archetype, OUT.h5")->required();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <set>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "precompute/defects.h"
 #include "precompute/intake.h"
 #include "precompute/meshers.h"
+#include "precompute/packing.h"
 #include "precompute/quadratic_tets.h"
 #include "precompute/restore_volume.h"
 #include "precompute/tet_element.h"
@@ -108,20 +110,33 @@ std::vector<int> seed_triangles(const TriMesh& surface, bool sharp) {
   return {seeds.begin(), seeds.end()};
 }
 
-TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request, double& cpu_seconds) {
-  TriMesh even;
-  if (way.remesh) {
-    even = remesh_surface(input, way.edge * request.size, way.sharp ? kSharpAngle : 180.0);
-    if (!self_intersections(even).empty())
-      throw NumericsError("the surface cannot be made even without folds");
-  }
-  const TriMesh& surface = way.remesh ? even : input;
-  if (way.mesher == Mesher::kCgal) request.seeds = seed_triangles(surface, way.sharp);
-  return in_child_process(name_of(way.mesher), cpu_seconds, [&] {
-    if (way.mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
-    return way.sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
-                     : mesh_with_cgal(surface, request);
-  });
+TriMesh even_surface(const TriMesh& surface, double edge, double sharp_angle) {
+  TriMesh even = remesh_surface(surface, edge, sharp_angle);
+  if (!self_intersections(even).empty())
+    throw NumericsError("the surface cannot be made even without folds");
+  return even;
+}
+
+TetMesh fill(const TriMesh& input, const Way& way, MeshRequest request) {
+  const TriMesh surface =
+      way.remesh ? even_surface(input, way.edge * request.size, way.sharp ? kSharpAngle : 180.0)
+                 : input;
+  if (way.mesher == Mesher::kGmsh) return mesh_with_gmsh(surface, request);
+  request.seeds = seed_triangles(surface, way.sharp);
+  return way.sharp ? mesh_with_cgal_sharp(surface, kSharpAngle, request)
+                   : mesh_with_cgal(surface, request);
+}
+
+TetMesh fill_in_time(const TriMesh& input, const Way& way, const MeshRequest& request,
+                     double& cpu_seconds) {
+  Unpacker unpack(in_child_process(name_of(way.mesher), cpu_seconds, [&] {
+    Packer pack;
+    pack(fill(input, way, request));
+    return std::move(pack.bytes);
+  }));
+  TetMesh mesh;
+  unpack(mesh);
+  return mesh;
 }
 
 /// Dihedral angle below which tets are perturbed away, degrees. Where a body is few tets thick (a
@@ -143,7 +158,7 @@ TetrahedralizeResult fill_to_target(const TriMesh& surface, const Way& way, doub
     request.facet_distance = kFacetDistance * request.size;
     request.seed = options.seed;
     request.sliver_bound = sliver_bound(surface, volume, request.size);
-    result.mesh = fill(surface, way, request, cpu_seconds);
+    result.mesh = fill_in_time(surface, way, request, cpu_seconds);
     const double ratio = double(result.mesh.tets.size()) * std::pow(way.size, 3) / options.target;
     if (std::abs(ratio - 1.0) <= options.target_tolerance || result.attempts == 2 || ratio == 0.0)
       return result;
@@ -233,6 +248,7 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
   for (const Way& way : ways(surface, edges, volume, options)) {
     try {
       TetrahedralizeResult result = fill_to_target(surface, way, volume, options, cpu_seconds);
+      const std::clock_t start = std::clock();
       if (options.order == 2) {
         result.mesh = with_middle_nodes(result.mesh);
         result.curved = curve_boundary(result.mesh, surface, kSharpAngle);
@@ -240,6 +256,10 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
       restore(options.limits, volume, shell_count, result);
       if (quality_complaints(result.quality, options.limits).empty()) return result;
       if (best.mesh.tets.empty()) best = std::move(result);
+      cpu_seconds -= double(std::clock() - start) / CLOCKS_PER_SEC;
+      if (cpu_seconds <= 0.0)
+        throw OutOfTime(std::string(name_of(options.mesher)) +
+                        " gave no tets that pass the quality gate in time");
     } catch (const OutOfTime& error) {
       // No other way: whether this one ends in time must not decide which tets there are.
       throw OutOfTime(std::string(error.what()) + "\n  " + hint(options.mesher));

@@ -15,8 +15,8 @@ struct TetrahedralizeOptions {
   int order = 1;                   // 2: quadratic tets, the boundary's curved to the surface
   double target_tolerance = 0.15;  // relative miss of the target that triggers one correction
   unsigned seed = 1;               // of the mesher's random generator
-  /// CPU seconds for all attempts together, and 2e-4 for each tet; then it is refused. A million
-  /// tets take a tenth.
+  /// CPU seconds for all attempts together (in a body file: and for checking, repairing and cutting
+  /// the surface before), and 2e-4 for each tet; then it is refused. A million tets take a tenth.
   double cpu_seconds = 40.0;
   QualityLimits limits;
 };

@@ -6,7 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <sstream>
+#include <chrono>
+#include <fstream>
+#include <thread>
 
 #include "common/archetype.h"
 #include "precompute/defects.h"
@@ -48,6 +50,16 @@ class Child {
     }
     return true;
   }
+  /// The process that it started; 0 when there is none within ten seconds.
+  pid_t wait_for_child() const {
+    const std::string pid = std::to_string(pid_);
+    for (int tenth = 0; tenth < 100; ++tenth) {
+      pid_t child = 0;
+      if (std::ifstream("/proc/" + pid + "/task/" + pid + "/children") >> child) return child;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return 0;
+  }
   /// The exit code, or minus the signal that ended it.
   int stop(int signal) {
     ::kill(pid_, signal);
@@ -62,6 +74,17 @@ class Child {
   int log_ = -1;
   std::string read_;
 };
+
+/// Whether a process is gone (or waits to be reaped) within ten seconds.
+bool ends_soon(pid_t pid) {
+  for (int tenth = 0; tenth < 100; ++tenth) {
+    std::string number, name, state;
+    std::ifstream("/proc/" + std::to_string(pid) + "/stat") >> number >> name >> state;
+    if (state.empty() || state == "Z") return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
 
 TEST(Interrupt, LeavesTheOldArchetype) {
   const ScratchFolder folder;
@@ -126,6 +149,39 @@ TEST(Program, OffendingElementsAreNamedBesideTheOutput) {
   EXPECT_EQ(child.wait(), 2);
   EXPECT_EQ(read_surface(folder.file("out.defects.ply")).mesh.triangles.size(), 3u);
   EXPECT_FALSE(std::filesystem::exists(folder.file("out.h5")));
+}
+
+/// A body file whose repair takes minutes.
+std::string slow_body(const ScratchFolder& folder) {
+  write_ply(folder.file("row.ply"), testing_meshes::row_of_cubes(1500));
+  return folder.write("row.body.toml",
+                      "schema = 1\nmesh = \"row.ply\"\nrepair = \"union\"\nmaterial = { density = "
+                      "8.0, young = 1e5, poisson = 0.3 }\n");
+}
+
+TEST(Program, RefusesARepairThatTakesTooLong) {
+  const ScratchFolder folder;
+  const std::string out = folder.file("row.h5");
+  Child child(
+      {ARCHETIDE_PRECOMPUTE_BIN, "build", slow_body(folder), "-o", out, "--time-limit", "1"});
+  EXPECT_TRUE(child.wait_for("of 18000 faces was stopped after 1 CPU seconds"));
+  EXPECT_TRUE(child.wait_for("the elements in question: " + folder.file("row.defects.ply")));
+  EXPECT_EQ(child.wait(), 2);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_FALSE(std::filesystem::exists(out + ".part"));
+}
+
+TEST(Interrupt, EndsARepairAndItsProcess) {
+  for (const int signal : {SIGINT, SIGKILL}) {
+    const ScratchFolder folder;
+    const std::string out = folder.file("row.h5");
+    Child child({ARCHETIDE_PRECOMPUTE_BIN, "build", slow_body(folder), "-o", out});
+    const pid_t repair = child.wait_for_child();
+    ASSERT_GT(repair, 0);
+    EXPECT_EQ(child.stop(signal), signal == SIGKILL ? -SIGKILL : 75);
+    EXPECT_TRUE(ends_soon(repair));
+    EXPECT_FALSE(std::filesystem::exists(out));
+  }
 }
 
 }  // namespace

@@ -62,6 +62,14 @@ inline TriMesh joined(TriMesh a, const TriMesh& b) {
   return a;
 }
 
+/// Unit cubes in a row that overlap; their union takes minutes when there are thousands.
+inline TriMesh row_of_cubes(int count) {
+  TriMesh row;
+  for (int k = 0; k < count; ++k)
+    row = joined(std::move(row), cube(Vec3(0.7 * k, 0, 0.01 * (k % 3))));
+  return row;
+}
+
 /// Facing the other way.
 inline TriMesh turned(TriMesh mesh) {
   for (Vec3i& t : mesh.triangles) std::swap(t[1], t[2]);

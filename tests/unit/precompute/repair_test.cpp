@@ -3,6 +3,8 @@
 #include "precompute/repair.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 
 #include <cstdlib>
 
@@ -25,6 +27,8 @@ RepairOptions with(Repair kind) {
   return options;
 }
 
+constexpr double kPlenty = 40.0;  // CPU seconds
+
 struct Outcome {
   std::string refusal;  // "" when it was accepted
   IntakeReport report;
@@ -34,7 +38,8 @@ struct Outcome {
 Outcome take(const TriMesh& mesh, Repair kind, double scale = 1.0) {
   Outcome out;
   try {
-    out.mesh = accept_surface(as_file(mesh), scale, with(kind), out.report);
+    double cpu_seconds = kPlenty;
+    out.mesh = accept_surface(as_file(mesh), scale, with(kind), cpu_seconds, out.report);
   } catch (const InputError& error) {
     out.refusal = error.what();
   }
@@ -318,7 +323,8 @@ void expect_model(const std::string& name, Repair kind, double volume, double ma
   const std::string path = (folder ? std::string(folder) : root + "../shared/meshes") + "/" + name;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   IntakeReport report;
-  const TriMesh mesh = accept_surface(read_surface(path), 1.0, with(kind), report);
+  double cpu_seconds = kPlenty;
+  const TriMesh mesh = accept_surface(read_surface(path), 1.0, with(kind), cpu_seconds, report);
   EXPECT_NEAR(report.volume, volume, margin * volume);
   TetrahedralizeOptions options;
   options.target = 8000;
@@ -339,13 +345,68 @@ TEST(Repair, AWrapOfMillionsOfFacesIsRefusedBeforeItIsMade) {
   RepairOptions fine = with(Repair::kWrap);
   fine.alpha = 1e-4;
   IntakeReport report;
+  double cpu_seconds = kPlenty;
   try {
-    accept_surface(as_file(shapes::sphere(1.0, 2)), 1.0, fine, report);
+    accept_surface(as_file(shapes::sphere(1.0, 2)), 1.0, fine, cpu_seconds, report);
     FAIL();
   } catch (const InputError& error) {
     const std::string text = error.what();
     EXPECT_NE(text.find("wrap.alpha is too fine"), std::string::npos) << text;
     EXPECT_NE(text.find("raise wrap.alpha to 0.007"), std::string::npos) << text;
+  }
+}
+
+double cpu_seconds_of_children() {
+  rusage use{};
+  ::getrusage(RUSAGE_CHILDREN, &use);
+  return double(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+         1e-6 * double(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+}
+
+TEST(Repair, OneThatTakesTooLongIsRefusedWithTheDefectsItWasFor) {
+  IntakeReport report;
+  double cpu_seconds = 1.0;
+  const double before = cpu_seconds_of_children();
+  try {
+    accept_surface(as_file(testing_meshes::row_of_cubes(1500)), 1.0, with(Repair::kUnion),
+                   cpu_seconds, report);
+    FAIL();
+  } catch (const SurfaceDefects& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("shells of the surface overlap: "), std::string::npos) << text;
+    EXPECT_NE(text.find("repair = \"union\" of 18000 faces was stopped after 1 CPU seconds"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("set repair = \"wrap\", or allow more with --time-limit"),
+              std::string::npos)
+        << text;
+    EXPECT_GT(error.offenders.triangles.size(), 9000u);  // most cross another: measured 15996
+  }
+  // The check, then the repair: less than the seconds given to each, and one until the limit bites.
+  EXPECT_LT(cpu_seconds_of_children() - before, 1.0 + 1.0 + 1.0);
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // no child is left
+}
+
+TEST(Repair, ACheckThatTakesTooLongIsRefused) {
+  // So many shells that the search for who lies in whom takes half a minute.
+  TriMesh dust;
+  for (int k = 0; k < 60'000; ++k) {
+    const int shift = static_cast<int>(dust.vertices.size());
+    const Vec3 at(3.0 * (k % 40), 3.0 * (k / 40 % 40), 3.0 * (k / 1600));
+    for (const Vec3& x : testing_meshes::octahedron().vertices) dust.vertices.push_back(at + x);
+    for (const Vec3i& t : testing_meshes::octahedron().triangles)
+      dust.triangles.push_back(t.array() + shift);
+  }
+  IntakeReport report;
+  double cpu_seconds = 1.0;
+  try {
+    accept_surface(as_file(dust), 1.0, with(Repair::kNone), cpu_seconds, report);
+    FAIL();
+  } catch (const SurfaceDefects& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("the check of 480000 faces was stopped after 1 CPU seconds"),
+              std::string::npos)
+        << text;
   }
 }
 

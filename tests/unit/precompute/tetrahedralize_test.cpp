@@ -1,6 +1,7 @@
 #include "precompute/tetrahedralize.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -11,6 +12,7 @@
 #include "common/surface_topology.h"
 #include "precompute/child_process.h"
 #include "precompute/defects.h"
+#include "precompute/packing.h"
 #include "precompute/restore_volume.h"
 #include "precompute_test_meshes.h"
 #include "tests/architecture/source_tree.h"
@@ -109,30 +111,54 @@ TEST(Tetrahedralize, SameInputGivesTheSameCgalMesh) {
   EXPECT_TRUE(a.tets == b.tets);
 }
 
-TEST(ChildProcess, HandsBackTetsErrorsAndCrashes) {
-  const TetMesh box = shapes::tet_box(3, 2, 1, 0.1);
+TEST(ChildProcess, HandsBackValuesErrorsAndCrashes) {
+  TetMesh box = shapes::tet_box(3, 2, 1, 0.1), back;
   double cpu_seconds = 10.0;
-  const TetMesh back = in_child_process("box", cpu_seconds, [&] { return box; });
+  const auto bytes_of_box = [&] {
+    Packer pack;
+    pack(box);
+    return pack.bytes;
+  };
+  Unpacker(in_child_process("box", cpu_seconds, bytes_of_box))(back);
   EXPECT_TRUE(back.nodes == box.nodes);
   EXPECT_TRUE(back.tets == box.tets);
-  const auto message = [](const std::function<TetMesh()>& work) {
+  const auto run = [](const std::function<void()>& work) {
+    double plenty = 10.0;
+    in_child_process("it", plenty, [&] {
+      work();
+      return std::string();
+    });
+  };
+  const auto message = [&run](const std::function<void()>& work) {
     try {
-      double plenty = 10.0;
-      in_child_process("it", plenty, work);
+      run(work);
     } catch (const NumericsError& error) {
       return std::string(error.what());
     }
     return std::string();
   };
-  EXPECT_EQ(message([]() -> TetMesh { throw NumericsError("no tets"); }), "no tets");
-  EXPECT_EQ(message([]() -> TetMesh { std::abort(); }), "it crashed (signal 6)");
-  EXPECT_EQ(message([]() -> TetMesh { ::_exit(0); }), "it crashed");
+  EXPECT_EQ(message([] { throw NumericsError("no tets"); }), "no tets");
+  EXPECT_EQ(message([] { throw std::logic_error("no idea"); }), "no idea");
+  EXPECT_EQ(message([] { std::abort(); }), "it crashed (signal 6)");
+  EXPECT_EQ(message([] { ::_exit(0); }), "it crashed");
+  EXPECT_THROW(run([] { throw FileError("no file"); }), FileError);
+  EXPECT_THROW(run([] { throw std::bad_alloc(); }), MachineError);
+  const TriMesh part = shapes::sphere(1.0, 1);
+  try {
+    run([&] { throw SurfaceDefects({{{"a.obj", 3, 4}, "open", "close it"}}, part); });
+    FAIL();
+  } catch (const SurfaceDefects& error) {
+    EXPECT_STREQ(error.what(), "a.obj:3:4: error: open\n  close it");
+    EXPECT_EQ(error.exit_code, kExitInput);
+    EXPECT_TRUE(error.offenders.vertices == part.vertices);
+    EXPECT_TRUE(error.offenders.triangles == part.triangles);
+  }
 }
 
 TEST(ChildProcess, WorkThatNeverEndsIsStopped) {
   double cpu_seconds = 0.5;  // whole seconds are given
   try {
-    in_child_process("it", cpu_seconds, []() -> TetMesh {
+    in_child_process("it", cpu_seconds, []() -> std::string {
       std::atomic<int> turns = 0;
       while (true) ++turns;
     });
@@ -140,6 +166,7 @@ TEST(ChildProcess, WorkThatNeverEndsIsStopped) {
   } catch (const OutOfTime& error) {
     EXPECT_STREQ(error.what(), "it was stopped after 1 CPU seconds");
   }
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // no child is left
 }
 
 TEST(Tetrahedralize, RefusesWhatTakesTooLong) {
