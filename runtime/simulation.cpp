@@ -9,6 +9,7 @@
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/body_state.h"
 #include "runtime/contact/body_contacts.h"
+#include "runtime/contact/take_back.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
@@ -376,7 +377,7 @@ std::vector<double> Simulation::Impl::body_speeds() const {
 
 // Between the stages: bodies against each other, obstacles and walls.
 void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
-  if (options.scheme == Scheme::kNewmark) between->take_back(ahead, 0.5 * dt, bodies);
+  take_back_pushes(ahead, reaction, dt, bodies);
   BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
   touching = std::move(met.velocity_stage);
   const Penetration& p = met.penetration;

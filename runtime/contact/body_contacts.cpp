@@ -148,7 +148,6 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
   out.contacts = find(bodies, speed, dt, memory.position);
   share_pinches(out.contacts);
   out.shapes = shapes_;
-  for (const ReducedBody& body : bodies) out.centres.push_back(body.position);
   out.start = memory.position;
   out.solve = solve_options(dt);
   out.target.resize(static_cast<long>(out.contacts.size()));
@@ -156,24 +155,6 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
     out.target[static_cast<long>(k)] = closing_target(out.contacts[k].gap, dt);
   }
   return out;
-}
-
-void BodyContacts::take_back(const GroupContacts& ahead, double h,
-                             std::vector<ReducedBody>& bodies) const {
-  for (const BodyContact& c : ahead.contacts) {
-    if (c.b < 0) continue;
-    const ContactForce* push = find_force(ahead.forces, c.a, c.b, c.sample);
-    if (!push) continue;
-    ReducedBody &a = bodies[c.a], &b = bodies[c.b];
-    const Vec3 f = h * push->force;
-    const Vec3 point = c.sample >= 0 ? sample_place(a, shapes_[c.a]->samples[c.sample])
-                                     : Vec3(0.5 * (a.position + b.position));
-    const auto lever_lost = [&](int body) -> Vec3 {
-      return (c.point - ahead.centres[body]) - (point - bodies[body].position);
-    };
-    a.L += lever_lost(c.a).cross(f);
-    b.L -= lever_lost(c.b).cross(f);
-  }
 }
 
 BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,

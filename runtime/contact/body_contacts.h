@@ -23,7 +23,6 @@ struct GroupContacts {
   std::vector<BodyContact> contacts;
   VecX target;                              // m/s
   std::vector<const ContactShape*> shapes;  // one per body
-  std::vector<Vec3> centres;                // of the bodies where they were looked for, m
   ContactForces start;                      // of the last step
   ContactSolveOptions solve;
   ContactForces forces;  // result: those that push, sorted
@@ -40,8 +39,7 @@ struct Penetration {
 /// them.
 ///
 ///   position stage: y of the half step must not carry a point through its gap, and gently takes
-///   back overlaps; it moves poses only, so overlaps never turn into momentum: what pushed bodies
-///   apart is taken back at x^{n+1};
+///   back overlaps; it moves poses only, so overlaps never turn into momentum;
 ///   between: impacts on x^{n+1} and v^n, pair after pair with restitution until no pair approaches
 ///   (a chain hands an impact on), then all at once without;
 ///   velocity stage: points that touch do not approach, with friction.
@@ -53,13 +51,6 @@ class BodyContacts {
   /// Contacts that the step may make from x^n. `speed`: of the fastest point of each body, m/s.
   GroupContacts ahead(const std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
                       double dt) const;
-
-  /// Takes back what the position stage (of length h, s) pushed bodies apart with: given at x^n, at
-  /// one common point of two bodies, and taken back at x^{n+1}, where that point of a is now, each
-  /// time equal and opposite, so that linear and angular momentum stay to round-off. (Centres that
-  /// are moved alone change sum t x P by dt f x (v_a - v_b) for each push f.) Moments of what
-  /// presses all along the step are then those of both ends, as of joints' impulses.
-  void take_back(const GroupContacts& ahead, double h, std::vector<ReducedBody>& bodies) const;
 
   struct Result {
     GroupContacts velocity_stage;

@@ -134,14 +134,6 @@ bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
   return at.gap <= within;
 }
 
-Vec3 sample_place(const ReducedBody& body, const SurfaceSample& sample) {
-  Vec3 place = Vec3::Zero();
-  for (int c = 0; c < 3; ++c)
-    if (sample.weights[c] != 0.0)
-      place += sample.weights[c] * surface_point(body, sample.vertices[c]);
-  return place;
-}
-
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {
   MatX modes = MatX::Zero(3, r);
   if (r == 0) return modes;

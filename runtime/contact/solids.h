@@ -94,9 +94,6 @@ class DeformedBody : public TouchedSolid {
   double largest_shift_ = 0.0;  // m
 };
 
-/// Where a surface sample of the body is, world, m.
-Vec3 sample_place(const ReducedBody& body, const SurfaceSample& sample);
-
 /// Modes of the body at a place of its rest shape, 3 x r, body frame.
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r);
 
