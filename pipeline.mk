@@ -149,6 +149,9 @@ report: | $(ARCHETIDE_SIM)
 ARCHETIDE_BENCH = $(ARCHETIDE_SIM) bench $(ASSETS)/scenes/tub.scene.toml --archetypes $(ARCHETYPES) -t 1
 ARCHETIDE_BENCH_COARSE = $(ARCHETIDE_BENCH) --until 0.5 --set 'fluid.grid=[24,24,24]' --set fluid.cell=1/24 \
   --set fluid.particles.per_cell=4
+ARCHETIDE_HINGE = {bodies=["$(1)","$(2)"],points=[[0.27,0.03,0],[0.27,-0.03,0]]}
+ARCHETIDE_BENCH_CHAIN = $(ARCHETIDE_SIM) bench $(ASSETS)/scenes/chain.scene.toml --archetypes $(ARCHETYPES) -t 1 \
+  --until 0.5 --set 'fluid.grid=[48,24,24]' --set fluid.cell=1/24 --set fluid.particles.per_cell=4
 scorecard: deps
 	$(call archetide_compile,scorecard archetide-precompute archetide-sim)
 	+$(ARCHETIDE_MAKE) $(ARCHETYPES)/torus.h5
@@ -167,8 +170,11 @@ scorecard: deps
 	  --sweep 'fluid.particles=absent,{per_cell=4},{per_cell=16},{per_cell=64}' || exit $$?; \
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/contact \
 	  --sweep 'contact=absent,{restitution=0.1,friction=0.4}' || exit $$?; \
+	$(ARCHETIDE_BENCH_CHAIN) -o $(OUT)/bench/joints --sweep 'joint=absent,[$(call \
+	  ARCHETIDE_HINGE,left,middle)],[$(call ARCHETIDE_HINGE,left,middle),$(call ARCHETIDE_HINGE,middle,right)]' \
+	  || exit $$?; \
 	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv \
-	  $(addprefix $(OUT)/bench/,geometry scheme modes tolerance particles contact) \
+	  $(addprefix $(OUT)/bench/,geometry scheme modes tolerance particles contact joints) \
 	  -o $(OUT)/scorecard.html || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 

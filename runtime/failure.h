@@ -13,12 +13,17 @@ struct Culprit {
   int body = -1;              // index
   int mode = -1;              // of that body, from 0
   std::optional<Vec3i> cell;  // of the water
+  int joint = -1;             // index, from 0; of `body` and ..
+  int other_body = -1;        // .. this one, or -1: the world
 
-  /// "body 3, mode 2, cell [4, 5, 6]"; "" when nothing is known.
+  /// "body 3, mode 2, cell [4, 5, 6]", "joint 0, body 3, body 4"; "" when nothing is known.
   std::string text() const {
     std::string out;
     const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
+    if (joint >= 0) add("joint " + std::to_string(joint));
     if (body >= 0) add("body " + std::to_string(body));
+    if (other_body >= 0) add("body " + std::to_string(other_body));
+    if (joint >= 0 && other_body < 0) add("the world");
     if (mode >= 0) add("mode " + std::to_string(mode + 1));
     if (cell)
       add("cell [" + std::to_string((*cell)[0]) + ", " + std::to_string((*cell)[1]) + ", " +

@@ -173,8 +173,9 @@ std::string portable_scene(const SceneSpec& scene) {
 
 FailureSetup failure_setup(const SceneSpec& scene, const Arguments& a,
                            const ArchetypeLibrary& library,
-                           const std::vector<std::string>& body_names) {
-  FailureSetup setup{a.out, portable_scene(scene), "", body_names};
+                           const std::vector<std::string>& body_names,
+                           const std::vector<std::string>& joint_names) {
+  FailureSetup setup{a.out, portable_scene(scene), "", body_names, joint_names};
   for (const std::string& name : archetype_names(scene)) {
     if (name.ends_with(".h5")) continue;
     const fs::path folder = fs::absolute(library.path(name)).parent_path();
@@ -189,9 +190,11 @@ int finish_broken_run(const SimulationFailure& failure, const FailureSetup& setu
                       const CheckpointIdentity& identity, const Simulation& simulation,
                       const VisitState& visit, bool quiet, RunWriter& writer) {
   const std::string replay = write_failure(setup, failure, identity, simulation, visit);
-  writer.finish(kExitNumerics, failure.what(), simulation);
+  const std::string names = culprit_names(failure.culprit, setup);
+  const std::string reason = failure.what() + (names.empty() ? "" : ": " + names);
+  writer.finish(kExitNumerics, reason, simulation);
   writer.log("see " + setup.run_folder + "/failure; replay: " + replay);
-  if (quiet) log_error(std::string("error: ") + failure.what());
+  if (quiet) log_error("error: " + reason);
   return kExitNumerics;
 }
 
@@ -249,6 +252,7 @@ int run(const Arguments& a) {
   const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies, built.skins);
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
+  const std::vector<std::string> joint_names = built.joint_names;
   const RunStart start = claim_run_folder(a, identity);
 
   RunParts parts{make_simulation(std::move(built), scene),
@@ -279,8 +283,9 @@ int run(const Arguments& a) {
                       writer);
   } catch (const SimulationFailure& failure) {
     parts.progress = writer.progress();
-    return finish_broken_run(failure, failure_setup(scene, a, library, setup.body_names), identity,
-                             parts.simulation, visit, a.common.quiet, writer);
+    return finish_broken_run(failure,
+                             failure_setup(scene, a, library, setup.body_names, joint_names),
+                             identity, parts.simulation, visit, a.common.quiet, writer);
   }
 }
 

@@ -101,6 +101,8 @@ struct Simulation::Impl {
   GroupContacts ahead, touching;          // of the position and of the velocity stage
   InversionGuard guard;                   // of soft bodies' elements
   std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
+  int open_joint = -1;                    // that the last attempt could not close, or -1 ..
+  double open_gap = 0.0;                  // .. and how far it stays open, m
   std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
   std::vector<Vec3> water_impulse, water_angular_impulse;
   std::vector<ReducedBody> seen;  // as the last solve saw them (Scheme::kSingle)
@@ -134,8 +136,9 @@ struct Simulation::Impl {
                          std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   bool lock_modes(const std::vector<StageResult>& results, double dt,
                   std::vector<StageBody>& stage);
-  bool keep_joints(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y,
-                   StepReport& report);
+  bool keep_bodies_whole(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y);
+  bool close_joints(const std::vector<FreeMotion>& motions, const std::vector<char>& stopped,
+                    double dt, std::vector<VecX>& y);
   void predict_positions(double dt, std::vector<Configuration>& middle);
   void correct_positions(double dt, const std::vector<ReducedBody>& start);
   void resolve_contact(double dt, StepReport& report);
@@ -267,7 +270,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     motions.push_back(results[b].motion);
     reaction[b] = results[b].joint_reaction;
   }
-  if (!keep_joints(motions, dt, y, report)) return false;
+  if (!keep_bodies_whole(motions, dt, y)) return false;
   middle.clear();
   read_points.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -293,22 +296,38 @@ bool Simulation::Impl::lock_modes(const std::vector<StageResult>& results, doubl
   return any;
 }
 
-// Velocities of the position update that leave no gap in a joint. What that takes belongs to the
-// joints' reaction.
-bool Simulation::Impl::keep_joints(const std::vector<FreeMotion>& motions, double dt,
-                                   std::vector<VecX>& y, StepReport& report) {
+// Velocities of the position update that leave no joint open and no element inside out. Bodies that
+// are stopped keep their shape while the joints are closed again without it.
+bool Simulation::Impl::keep_bodies_whole(const std::vector<FreeMotion>& motions, double dt,
+                                         std::vector<VecX>& y) {
+  std::vector<char> stopped(bodies.size(), 0);
+  for (bool again = true; again;) {
+    if (!close_joints(motions, stopped, dt, y)) return false;
+    again = false;
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      if (!stopped[b] && guard.stop(static_cast<int>(b), bodies[b], motions[b], dt, y[b]))
+        stopped[b] = 1, again = again || reaction[b].size() > 0;
+  }
+  return true;
+}
+
+// Velocities of the position update that leave no gap in a joint; those that are stopped keep their
+// modal rates. What that takes belongs to the joints' reaction.
+bool Simulation::Impl::close_joints(const std::vector<FreeMotion>& motions,
+                                    const std::vector<char>& stopped, double dt,
+                                    std::vector<VecX>& y) {
   if (joints.empty()) return true;
   constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
   double size = INFINITY;
   for (const Joint& joint : joints)
     for (const int b : {joint.a, joint.b})
       if (b >= 0) size = std::min(size, reach[b].rest);
-  const PreStabilised kept = pre_stabilise(joints, bodies, motions, dt, kClosed * size, y);
+  const PreStabilised kept = pre_stabilise(joints, bodies, motions, stopped, dt, kClosed * size, y);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
-  const bool good = kept.drift <= kGood * size;
-  if (!good) report.joint_drift = kept.drift;
-  return good;
+  if (kept.drift <= kGood * size) return true;
+  open_joint = kept.widest, open_gap = kept.drift;
+  return false;
 }
 
 // B^T f of each body's actuators, or empty. Both stages ask at the middle of the step: with the
@@ -340,7 +359,9 @@ void Simulation::Impl::predict_positions(double dt, std::vector<Configuration>& 
     if (driven[b].size() > 0) force.tail(body.r) = driven[b];
     const FreeMotion motion =
         free_motion(body, now[b], force, dt, Stage::kPositionHalf, options.modal);
-    middle.push_back(guard.advance(static_cast<int>(b), body, motion, motion.y_star, dt));
+    VecX y = motion.y_star;
+    guard.stop(static_cast<int>(b), body, motion, dt, y);
+    middle.push_back(guard.advance(static_cast<int>(b), body, motion, y, dt));
     held[b] = {};
   }
 }
@@ -361,6 +382,7 @@ void Simulation::Impl::correct_positions(double dt, const std::vector<ReducedBod
     FreeMotion motion;
     motion.terms = terms_n;
     motion.H = generalised_mass(moved, terms_n, dt, Stage::kVelocityFull, options.modal.step);
+    guard.stop(static_cast<int>(b), moved, motion, dt, y);
     guard.advance(static_cast<int>(b), moved, motion, y, dt);
     bodies[b].position = moved.position;
     bodies[b].rotation = moved.rotation;
@@ -459,6 +481,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
 
 bool Simulation::Impl::attempt(double dt, StepReport& report) {
   guard.start_step();
+  open_joint = -1;
   std::vector<Configuration> middle;
   std::vector<std::vector<Vec3>> read_points;
   if (options.scheme == Scheme::kNewmark) {
@@ -503,13 +526,19 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
 }
 
-// What a step that cannot be taken broke at: the cell with most divergence left, and the body
-// nearest to it.
+// What a step that cannot be taken broke at: the joint that stays open, or the cell with most
+// divergence left and the body nearest to it.
 SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report) const {
-  const bool open_joints = report.joint_drift > 0.0;
   Culprit culprit;
+  std::ostringstream what;
+  if (open_joint >= 0) {
+    const Joint& joint = joints[open_joint];
+    culprit.joint = open_joint, culprit.body = joint.a, culprit.other_body = joint.b;
+    what << "a joint could not be closed: " << open_gap << " m are left (dt = " << dt << " s)";
+    return {"joint", what.str(), water.fluid.time, culprit};
+  }
   double nearest = INFINITY;
-  if (water.present() && !open_joints) {
+  if (water.present()) {
     culprit.cell = coupling.last_divergent_cell();
     const Vec3i& c = *culprit.cell;
     const Vec3 x = options.grid.cell_centre(c[0], c[1], c[2]);
@@ -518,9 +547,7 @@ SimulationFailure Simulation::Impl::failure(double dt, const StepReport& report)
       if (gap < nearest) nearest = gap, culprit.body = static_cast<int>(b);
     }
   }
-  std::ostringstream what;
-  what << (open_joints ? "joints could not be closed" : "the coupled solve did not converge")
-       << " (dt = " << dt << " s, residual "
+  what << "the coupled solve did not converge (dt = " << dt << " s, residual "
        << std::max(report.position.residual, report.velocity.residual) << ", "
        << std::max(report.position.iterations, report.velocity.iterations) << " iterations)";
   return {"convergence", what.str(), water.fluid.time, culprit};

@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace archetide {
@@ -105,6 +106,7 @@ double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBo
   double largest = 0.0;
   for (const Joint& joint : joints) {
     const VecX gap = joint_gap(joint, bodies);
+    if (!gap.allFinite()) return INFINITY;
     for (long p = 0; p < gap.size(); p += 3) largest = std::max(largest, gap.segment<3>(p).norm());
   }
   return largest;

@@ -37,7 +37,7 @@ Joint make_joint(const std::vector<ReducedBody>& bodies, int a, int b,
 
 /// Gaps x_a - x_b of all points, 3 entries each, m.
 VecX joint_gap(const Joint& joint, const std::vector<ReducedBody>& bodies);
-/// Largest distance of two points that should be one, m.
+/// Largest distance of two points that should be one, m; infinite when it is no number.
 double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies);
 
 /// Rows J_a y_a - J_b y_b = 0 of Eq. 47 at the bodies' present configuration, three a point.

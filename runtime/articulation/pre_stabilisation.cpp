@@ -33,12 +33,29 @@ std::vector<VecX> unstacked(const VecX& all, const std::vector<VecX>& like) {
   return out;
 }
 
+/// H^-1 of one body; what keeps its modal rates answers with none.
+MatX inverse_of(const GeneralisedMass& H, bool stiff) {
+  MatX inverse = H.inverse();
+  if (stiff) inverse.bottomRightCorner(H.size() - 6, H.size() - 6).setZero();
+  return inverse;
+}
+
+int widest_joint(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies) {
+  int widest = -1;
+  double most = -1.0;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const double gap = joint_drift({joints[j]}, bodies);
+    if (gap > most) most = gap, widest = static_cast<int>(j);
+  }
+  return widest;
+}
+
 }  // namespace
 
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
-                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
-                            std::vector<VecX>& y) {
+                            const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,
+                            double dt, double tolerance, std::vector<VecX>& y) {
   constexpr int kMaxTurns = 60, kDepth = 8;
   PreStabilised out;
   std::vector<const ReducedBody*> at;
@@ -53,7 +70,7 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
   std::vector<RowBlock> rows;
   for (const Joint& joint : joints) {
     for (const int b : {joint.a, joint.b})
-      if (b >= 0 && inverse[b].size() == 0) inverse[b] = motions[b].H.inverse();
+      if (b >= 0 && inverse[b].size() == 0) inverse[b] = inverse_of(motions[b].H, stiff[b] != 0);
     rows.push_back(joint_rows(joint, at, terms));
   }
   ConstrainedInverse held;
@@ -67,7 +84,11 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     const std::vector<ReducedBody> moved = advanced(bodies, motions, held, y, dt);
     out.drift = joint_drift(joints, moved);
     out.converged = out.drift <= tolerance;
-    if (out.converged || out.turns == kMaxTurns || !std::isfinite(out.drift)) return out;
+    if (out.converged) return out;
+    if (out.turns == kMaxTurns || !std::isfinite(out.drift)) {
+      out.widest = widest_joint(joints, moved);
+      return out;
+    }
     std::vector<VecX> closing;
     for (const Joint& joint : joints) closing.push_back(joint_gap(joint, moved) / -dt);
     const std::vector<VecX> chord = held.solve(closing);

@@ -8,7 +8,8 @@ namespace archetide {
 
 struct PreStabilised {
   std::vector<VecX> impulse;  // per body with joints, 6 + r, N s: C^T lambda
-  double drift = 0.0;         // m, that is left
+  double drift = 0.0;         // m, that is left ..
+  int widest = -1;            // .. and in which joint
   int turns = 0;
   bool converged = false;
 };
@@ -17,13 +18,14 @@ struct PreStabilised {
 /// update, outside the coupled solve (Section 7). Together with the rows of the coupled solve they
 /// are the impulse of RATTLE [Andersen 1983]: they take part in the momenta of the step, which
 /// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
-/// body; `y`: its velocities, in and out.
+/// body; `y`: its velocities, in and out. Bodies with `stiff` keep the modal rates that they have
+/// in y.
 ///
 /// Newton's method with a_33 at x^n for the derivative, lambda -= a_33^+ gap / dt, accelerated
 /// (Anderson), until the largest gap is below `tolerance` (m).
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
-                            const std::vector<FreeMotion>& motions, double dt, double tolerance,
-                            std::vector<VecX>& y);
+                            const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,
+                            double dt, double tolerance, std::vector<VecX>& y);
 
 }  // namespace archetide

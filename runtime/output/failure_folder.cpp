@@ -28,29 +28,52 @@ std::string replay_command(const FailureSetup& setup, const std::string& folder,
          " --replace" + setup.options;
 }
 
-Json to_json(const SimulationFailure& failure, const std::string& body_name,
+Json to_json(const SimulationFailure& failure, const FailureSetup& setup,
              const std::string& replay) {
+  const auto name = [](int n, const std::vector<std::string>& names) {
+    return n >= 0 ? Json(names[n]) : Json();
+  };
   Json j{{"quantity", failure.quantity}, {"what", failure.what()}, {"time", failure.time}};
   const Culprit& c = failure.culprit;
   j["body"] = c.body >= 0 ? Json(c.body) : Json();
-  j["body_name"] = c.body >= 0 ? Json(body_name) : Json();
+  j["body_name"] = name(c.body, setup.body_names);
   j["mode"] = c.mode >= 0 ? Json(c.mode + 1) : Json();
   j["cell"] = c.cell ? Json::array({(*c.cell)[0], (*c.cell)[1], (*c.cell)[2]}) : Json();
+  if (c.joint >= 0) {
+    j["joint"] = c.joint;
+    j["joint_name"] = name(c.joint, setup.joint_names);
+    j["other_body"] = c.other_body >= 0 ? Json(c.other_body) : Json();  // none: the world
+    j["other_body_name"] = name(c.other_body, setup.body_names);
+  }
   j["replay"] = replay;
   return j;
 }
 
 void write_geometry(const std::string& folder, const SimulationFailure& failure,
                     const Simulation& simulation) {
-  const int body = failure.culprit.body;
-  if (body >= 0 && simulation.bodies()[body].q.allFinite())
-    write_vtp(folder + "body.vtp", bodies_surface({simulation.bodies()[body]}), failure.time);
+  std::vector<ReducedBody> bodies;
+  for (const int b : {failure.culprit.body, failure.culprit.other_body})
+    if (b >= 0 && simulation.bodies()[b].q.allFinite()) bodies.push_back(simulation.bodies()[b]);
+  if (!bodies.empty()) write_vtp(folder + "body.vtp", bodies_surface(bodies), failure.time);
   const SimulationOptions& o = simulation.options();
   if (o.has_water && o.grid.cells() > 0)
     write_ply(folder + "surface.ply", water_surface(o.grid, simulation.fluid().phi));
 }
 
 }  // namespace
+
+std::string culprit_names(const Culprit& culprit, const FailureSetup& setup) {
+  std::string text;
+  const auto add = [&](const char* what, int n, const std::vector<std::string>& names) {
+    if (n < 0) return;
+    text += (text.empty() ? "" : ", ") + std::string(what) + " " + std::to_string(n) + " is " +
+            names[n];
+  };
+  add("joint", culprit.joint, setup.joint_names);
+  add("body", culprit.body, setup.body_names);
+  add("body", culprit.other_body, setup.body_names);
+  return text;
+}
 
 std::string write_failure(const FailureSetup& setup, const SimulationFailure& failure,
                           const CheckpointIdentity& identity, const Simulation& simulation,
@@ -64,14 +87,11 @@ std::string write_failure(const FailureSetup& setup, const SimulationFailure& fa
   write_state(folder + "state.h5", identity, visit);
   write_geometry(folder, failure, simulation);
 
-  const int body = failure.culprit.body;
-  const std::string name = body >= 0 ? setup.body_names[body] : "";
+  const std::string names = culprit_names(failure.culprit, setup);
   const std::string replay = replay_command(setup, folder, start.has_value());
-  const std::string text =
-      std::string(failure.what()) + "\n" +
-      (name.empty() ? "" : "body " + std::to_string(body) + " is " + name + "\n") +
-      "replay: " + replay + "\n";
-  write_file_atomically(folder + "diagnosis.json", to_json(failure, name, replay).dump(2) + "\n");
+  const std::string text = std::string(failure.what()) + "\n" +
+                           (names.empty() ? "" : names + "\n") + "replay: " + replay + "\n";
+  write_file_atomically(folder + "diagnosis.json", to_json(failure, setup, replay).dump(2) + "\n");
   write_file_atomically(folder + "diagnosis.txt", text);
   return replay;
 }

@@ -54,7 +54,10 @@ void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& bu
     if (!joints.empty() && scene.scheme == Scheme::kSingle)
       throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
                          "use \"newmark\", two solves a step"}});
-    built.joints.insert(built.joints.end(), joints.begin(), joints.end());
+    for (std::size_t n = 0; n < joints.size(); ++n) {
+      built.joints.push_back(joints[n]);
+      built.joint_names.push_back("[[skin.joint]] " + std::to_string(n + 1) + " of " + skin->name);
+    }
   }
 }
 

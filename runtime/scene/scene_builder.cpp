@@ -85,13 +85,14 @@ void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& b
   if (joint.b >= 0) demand(joint.b, joint.at_b);
 }
 
-void add_joint(const JointSpec& spec, BuiltScene& built) {
+void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
   if (built.options.scheme == Scheme::kSingle)
     throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
                        "use \"newmark\", two solves a step"}});
   built.joints.push_back(make_joint(built.bodies, spec.a, spec.b,
                                     joint_points(spec, *built.bodies[spec.a].archetype)));
   demand_close(spec, built.joints.back(), built);
+  built.joint_names.push_back("[[joint]] " + std::to_string(number));
 }
 
 // Waves share the box one after the other: each keeps clear only of itself and of what is placed
@@ -254,7 +255,8 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     collect([&] { built.obstacles.push_back(build_obstacle(spec, built.options)); });
   }
   if (bad.empty())
-    for (const JointSpec& spec : scene.joints) collect([&] { add_joint(spec, built); });
+    for (std::size_t n = 0; n < scene.joints.size(); ++n)
+      collect([&] { add_joint(scene.joints[n], n + 1, built); });
   if (!bad.empty()) throw InputError(bad);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });

@@ -14,12 +14,13 @@ namespace archetide {
 struct BuiltScene {
   SimulationOptions options;
   std::vector<ReducedBody> bodies;
-  std::vector<std::string> body_names;  // one per body
-  std::vector<double> release;          // one per body, ascending: when it appears, s
-  std::vector<TriMesh> obstacles;       // closed, outward, world frame
-  std::vector<Joint> joints;            // of [[body]]s, which stand before the scattered ones
-  std::vector<Actuator> actuators;      // of [[force]]s
-  std::vector<SkinnedBodies> skins;     // the same
+  std::vector<std::string> body_names;   // one per body
+  std::vector<double> release;           // one per body, ascending: when it appears, s
+  std::vector<TriMesh> obstacles;        // closed, outward, world frame
+  std::vector<Joint> joints;             // of [[body]]s, which stand before the scattered ones
+  std::vector<std::string> joint_names;  // one per joint
+  std::vector<Actuator> actuators;       // of [[force]]s
+  std::vector<SkinnedBodies> skins;      // the same
 };
 
 /// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit

@@ -21,36 +21,43 @@ MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, c
   return at.stop_closing(body.q, stage.terms.M_q, q_dot);
 }
 
-Configuration InversionGuard::advance(int b, ReducedBody& body, const FreeMotion& stage, VecX y,
-                                      double dt, const MatX& locked) {
-  if (body.r == 0) return advance_pose(body, stage, y, dt);
-  VecX q_dot = y.tail(body.r);
-  const VecX q = body.q + dt * q_dot;
-  const InversionLimit& at = limit(body);
-  const double share = at.allowed_share(q);
-  if (share == 1.0 && locked.size() == 0) return advance_pose(body, stage, y, dt);
+bool InversionGuard::stop(int b, const ReducedBody& body, const FreeMotion& stage, double dt,
+                          VecX& y) {
+  if (body.r == 0) return false;
+  const VecX q_dot = y.tail(body.r), q = body.q + dt * q_dot;
+  const double share = limit(body).allowed_share(q);
+  if (share == 1.0) return false;
   // the force at the middle, M (q̇ − q̇ⁿ) / (dt/2), on the way from s q to q
   const VecX force = stage.terms.M_q * (q_dot - body.q_dot) / (0.5 * dt);
-  held_[b] = std::max(0.0, (1.0 - share) * force.dot(q));
-  if (share < 1.0) y.tail(body.r) = (share * q - body.q) / dt;
+  held_[b] = {std::max(0.0, (1.0 - share) * force.dot(q)), q_dot};
+  y.tail(body.r) = (share * q - body.q) / dt;
+  return true;
+}
+
+Configuration InversionGuard::advance(int b, ReducedBody& body, const FreeMotion& stage,
+                                      const VecX& y, double dt, const MatX& locked) {
+  if (locked.size() > 0) held_.try_emplace(b);
   Configuration middle = advance_pose(body, stage, y, dt);
-  middle.locked = locked.size() > 0 ? locked : at.stop_closing(body.q, stage.terms.M_q, q_dot);
+  if (!holds(b)) return middle;
+  VecX q_dot = held_[b].q_dot;
+  middle.locked =
+      locked.size() > 0 ? locked : limit(body).stop_closing(body.q, stage.terms.M_q, q_dot);
   return middle;
 }
 
 void InversionGuard::stop_held(std::vector<ReducedBody>& bodies, ModalMass mass) const {
-  for (const auto& [b, excess] : held_) {
+  for (const auto& [b, how] : held_) {
     ReducedBody& body = bodies[b];
     const ConfigurationTerms terms = configuration_terms(body, current_configuration(body), mass);
     limits_.at(body.archetype)->stop_closing(body.q, terms.M_q, body.q_dot);
     const double energy = 0.5 * body.q_dot.dot(terms.M_q * body.q_dot);
-    if (excess > 0.0) body.q_dot *= std::sqrt(std::max(0.0, 1.0 - excess / energy));
+    if (how.excess > 0.0) body.q_dot *= std::sqrt(std::max(0.0, 1.0 - how.excess / energy));
   }
 }
 
 std::vector<int> InversionGuard::held() const {
   std::vector<int> bodies;
-  for (const auto& [b, excess] : held_) bodies.push_back(b);
+  for (const auto& [b, how] : held_) bodies.push_back(b);
   return bodies;
 }
 

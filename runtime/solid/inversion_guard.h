@@ -22,11 +22,14 @@ class InversionGuard {
   /// modes that do not move.
   MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
 
-  /// advance_pose with modal rates that lead no further than the limit: to s (q + dt q_dot) with
-  /// the largest s <= 1 that is allowed. `locked`: directions that the stage was solved with. If
-  /// there are any, or s < 1, body b is held, and the configuration that is returned keeps the
-  /// velocity stage from closing further what stands at the limit.
-  Configuration advance(int b, ReducedBody& body, const FreeMotion& stage, VecX y, double dt,
+  /// Modal rates of y (6 + r) that lead no further than the limit: to s (q + dt q_dot) with the
+  /// largest s <= 1 that is allowed. If s < 1 body b is held, and true is returned.
+  bool stop(int b, const ReducedBody& body, const FreeMotion& stage, double dt, VecX& y);
+
+  /// advance_pose of a body that may have been stopped. `locked`: directions that the stage was
+  /// solved with; if there are any the body is held too. The configuration that is returned keeps
+  /// the velocity stage from closing further what stands at the limit of a held body.
+  Configuration advance(int b, ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt,
                         const MatX& locked = MatX());
 
   /// At the end of the step: takes from the held bodies' modal rates what goes on closing elements,
@@ -41,7 +44,11 @@ class InversionGuard {
   const InversionLimit& limit(const ReducedBody& body);
 
   std::map<std::shared_ptr<const Archetype>, std::unique_ptr<InversionLimit>> limits_;
-  std::map<int, double> held_;  // body, and work on the part of its way that was cut off, J
+  struct Held {
+    double excess = 0.0;  // work on the part of its way that was cut off, J
+    VecX q_dot = VecX();  // that it was stopped at, 1/s; empty: only locked
+  };
+  std::map<int, Held> held_;  // by body
 };
 
 }  // namespace archetide

@@ -1,5 +1,6 @@
 // Water alone against known answers: error beside CPU seconds.
-//   bench_water [vortex] [slosh] [waves] [drop] [spheroid]      (all of them when none is named)
+//   bench_water [vortex] [carried] [slosh] [waves] [drop] [spheroid]      (all of them when none is
+//   named)
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -26,6 +27,25 @@ void vortex() {
                     scheme == Scheme::kNewmark ? "newmark" : "single", n, cfl, r.steps,
                     100.0 * r.energy_change, r.velocity_error, cpu_seconds() - t0);
       }
+}
+
+void carried() {
+  std::printf(
+      "vortex carried by a stream through open sides\n"
+      "scheme   cells  CFL  steps  L2 velocity error  order  energy change %%    CPU s\n");
+  for (const Scheme scheme : {Scheme::kNewmark, Scheme::kSingle})
+    for (const double cfl : {1.0, 2.0, 4.0}) {
+      double before = NAN;
+      for (const int n : {40, 80, 160}) {
+        const double t0 = cpu_seconds();
+        const CarriedVortexResult r = carried_vortex(n, cfl, scheme);
+        std::printf("%-7s %4d^2 %4.0f %6d %18.2e %6.2f %16.3f %8.2f\n",
+                    scheme == Scheme::kNewmark ? "newmark" : "single", n, cfl, r.steps,
+                    r.velocity_error, std::log2(before / r.velocity_error), 100.0 * r.energy_change,
+                    cpu_seconds() - t0);
+        before = r.velocity_error;
+      }
+    }
 }
 
 void slosh() {
@@ -100,6 +120,7 @@ int main(int argc, char** argv) {
     return argc == 1;
   };
   if (wanted("vortex")) archetide::vortex();
+  if (wanted("carried")) archetide::carried();
   if (wanted("slosh")) archetide::slosh();
   if (wanted("waves")) archetide::waves();
   if (wanted("drop")) archetide::drop();

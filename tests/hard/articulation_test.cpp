@@ -143,6 +143,37 @@ TEST(JointedChain, LiesDownOnTheFloor) {
   }
 }
 
+// Who has no joint pays nothing for those of others, nor for their absence: free bars spin and bend
+// to the last bit as each of them alone, beside jointed ones too.
+TEST(JointCost, NothingForBodiesWithoutJoints) {
+  SimulationOptions vacuum;
+  vacuum.gravity.setZero();
+  const auto spun = [](Train t) {
+    for (ReducedBody& body : t.bodies) body.L = Vec3(0.3, -0.2, 0.4);
+    return t;
+  };
+  const auto run = [](Simulation s) {
+    double drift = 0.0;
+    for (int n = 0; n < 50; ++n) drift = std::max(drift, s.step(0.005).joint_drift);
+    EXPECT_LE(drift, 1e-12 * kLength);
+    return s.bodies();
+  };
+  const Train free = spun(train(0, 0.5));
+  Train pair = free;
+  pair.joints = {make_joint(pair.bodies, 1, 2, {Vec3(0.5 * kLength, 0, 0)})};
+  const std::vector<ReducedBody> together = run(Simulation(vacuum, {}, free.bodies, {})),
+                                 beside_pair =
+                                     run(Simulation(vacuum, {}, pair.bodies, {}, {}, pair.joints));
+  const auto expect_same_motion = [](const ReducedBody& a, const ReducedBody& b) {
+    EXPECT_TRUE(a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs());
+    EXPECT_TRUE(a.P == b.P && a.L == b.L && a.q == b.q && a.q_dot == b.q_dot);
+  };
+  for (std::size_t b = 0; b < 3; ++b)
+    expect_same_motion(together[b], run(Simulation(vacuum, {}, {free.bodies[b]}, {}))[0]);
+  expect_same_motion(beside_pair[0], together[0]);
+  EXPECT_FALSE(beside_pair[1].L == together[1].L);
+}
+
 TEST(SlowJointsInWater, StayClosedForTenSeconds) {
   for (const int points : {1, 3}) {
     const Swim held = swim(in_water(train(points, 0.5)), 10.0);

@@ -68,6 +68,35 @@ TEST(Failure, AStepThatCannotConvergeNamesACellAndTheBodyAtIt) {
   EXPECT_EQ(simulation.time(), 0.0);
 }
 
+// A chain of three balls whose second joint has been torn: its two points are 0.1 m apart on one
+// ball and 0.15 m on the other.
+TEST(Failure, AJointThatCannotCloseIsNamedWithItsBodies) {
+  const auto shape = rigid_surface_archetype(icosphere(2, 0.1), 500.0);
+  std::vector<ReducedBody> balls(3, make_body(shape, 0));
+  for (int b = 0; b < 3; ++b) balls[b].position = Vec3(0.2 * b, 0, 0);
+  const std::vector<Vec3> hinge = {Vec3(0.1, 0, 0.05), Vec3(0.1, 0, -0.05)};
+  std::vector<Joint> joints = {make_joint(balls, 0, 1, hinge), make_joint(balls, 1, 2, hinge)};
+  const auto failing = [&] {
+    Simulation chain(SimulationOptions(), {}, balls, {}, {}, joints);
+    return failure_of([&] { chain.step(0.01); });
+  };
+  EXPECT_EQ(failing().quantity, "none");
+  joints[1].at_b[1].rest[2] -= 0.05;
+  const SimulationFailure between = failing();
+  EXPECT_EQ(between.quantity, "joint") << between.what();
+  EXPECT_EQ(between.culprit.joint, 1);
+  EXPECT_EQ(between.culprit.body, 1);
+  EXPECT_EQ(between.culprit.other_body, 2);
+  EXPECT_NE(std::string(between.what()).find("(joint 1, body 1, body 2)"), std::string::npos);
+
+  joints = {joints[0], make_joint(balls, 2, -1, hinge)};
+  joints[1].at_world[0][2] += 0.05;
+  const SimulationFailure to_world = failing();
+  EXPECT_EQ(to_world.quantity, "joint") << to_world.what();
+  EXPECT_EQ(to_world.culprit.body, 2);
+  EXPECT_NE(std::string(to_world.what()).find("(joint 1, body 2, the world)"), std::string::npos);
+}
+
 TEST(Limits, NameBodyModeAndCell) {
   Simulation simulation = two_boxes(200, 0.5);
   const StepReport report = simulation.step(0.002);

@@ -285,6 +285,72 @@ TEST_F(FailedRun, LimitsNameTheCulpritAndReplayFromTheLastCheckpoint) {
       << err();
 }
 
+// Two bodies at a hinge in vacuum; one of them spins.
+const char* const kSpinning = R"(schema = 1
+name = "spinning"
+gravity = [0, 0, 0]
+time = { end = 1, fps = 12 }
+step = { max = 0.005 }
+[[body]]
+name = "left"
+archetype = "limp"
+position = [0, 0, 0]
+angular_velocity = [12, 8, 6]
+[[body]]
+name = "right"
+archetype = "limp"
+position = [0.25, 0, 0]
+[[joint]]
+bodies = ["left", "right"]
+points = [[0.125, 0.05, 0], [0.125, -0.05, 0]]
+[output]
+frames = []
+checkpoint = { every_frames = 1, keep = 2 }
+)";
+
+class SpinningRun : public FailedRun {
+ protected:
+  SpinningRun() {
+    SyntheticOptions limp;
+    limp.r = 3, limp.density = 600.0, limp.first_omega = 30.0;
+    const SyntheticBody box =
+        deformable_archetype(box_tets(Vec3(0.2, 0.2, 0.15), Vec3i(2, 2, 2)), limp);
+    box.archetype->name = "limp";
+    write_archetype(folder_ + "limp.h5", *box.archetype);
+    write_scene(kSpinning);
+  }
+};
+
+// A body that spins and bends has its energy up to the step's error, of second order: up to 3e-5 of
+// it from nothing at 5 ms, 1/25 of that at 1 ms.
+TEST_F(SpinningRun, EnergyFromNothingCrossesItsLimit) {
+  const std::string limited = " --set joint=absent --set limits.energy=2e-5 --set step.max=";
+  EXPECT_EQ(run(out("short") + limited + "0.001"), 0) << err();
+  EXPECT_EQ(run(out("long") + limited + "0.005"), 3);
+  expect_err("energy has grown from nothing by");
+  const nlohmann::json j = diagnosis("long");
+  EXPECT_EQ(j["quantity"], "limits.energy");
+  EXPECT_EQ(j["body_name"], "left");
+  EXPECT_TRUE(fs::exists(folder_ + "long/failure/start.h5"));
+  expect_replay_fails_alike("long");
+}
+
+// In steps that turn the body by several radians no joint can be closed.
+TEST_F(SpinningRun, AJointThatCannotBeClosedIsNamedWithItsBodies) {
+  EXPECT_EQ(run(out("a") + " --set body[0].angular_velocity=[0,0,1000] --set step.max=0.04 --set "
+                           "coupling.on_fail=\"stop\""),
+            3);
+  expect_err("a joint could not be closed");
+  expect_err("joint 0 is [[joint]] 1, body 0 is left, body 1 is right");
+  const nlohmann::json j = diagnosis("a");
+  EXPECT_EQ(j["quantity"], "joint");
+  EXPECT_EQ(j["joint_name"], "[[joint]] 1");
+  EXPECT_EQ(j["body_name"], "left");
+  EXPECT_EQ(j["other_body_name"], "right");
+  EXPECT_TRUE(fs::exists(folder_ + "a/failure/body.vtp"));
+  expect_replay_fails_alike("a");
+}
+
 TEST_F(RunProgram, AFullDiskIsExitFive) {
   const pid_t child = start(words(out("a")), 200000);  // no file above 200 kB
   EXPECT_EQ(wait(child), 5) << err();

@@ -23,6 +23,19 @@ VortexResult taylor_green(int n, double cfl, Scheme scheme);
 /// self-convergence.
 VecX unsteady_vortices(int n, double cfl);
 
+struct CarriedVortexResult {
+  double velocity_error = 0.0;  // L2, relative to that of the vortex
+  double energy_change = 0.0;   // of the vortex, relative
+  int steps = 0;
+  int iterations = 0;  // of the worst solve
+};
+/// Vortex u_theta = sqrt(e) r/s exp(-r^2 / 2 s^2) of core radius s = 0.06 and largest speed 1,
+/// steady and without circulation, carried by the stream (1, 1/2) through a box of 1.2 x 0.9 with
+/// open sides and n cells to a length of 1, until time 1/2: a third of the box, 2.2 turns of its
+/// core. u = stream + vortex(x - stream t) is a solution of Euler's equations; at the sides the
+/// vortex is below 1e-5.
+CarriedVortexResult carried_vortex(int n, double cfl, Scheme scheme);
+
 struct SloshResult {
   double period = 0.0;  // s
   double decay = 0.0;   // of the amplitude in a period, relative

@@ -86,7 +86,8 @@ TEST(PreStabilisation, ClosesTheJointsAtTheEndOfTheStep) {
     y.push_back(motions.back().y_star);
   }
   const std::vector<VecX> start = y;
-  const PreStabilised kept = pre_stabilise(joints, bodies, motions, dt, 1e-13, y);
+  const std::vector<char> stiff(3, 0);
+  const PreStabilised kept = pre_stabilise(joints, bodies, motions, stiff, dt, 1e-13, y);
   EXPECT_TRUE(kept.converged) << kept.drift;
   EXPECT_LE(kept.turns, 15);
   Vec3 total = Vec3::Zero();
