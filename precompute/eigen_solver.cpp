@@ -1,9 +1,8 @@
 #include "precompute/eigen_solver.h"
 
+#include <arpack/arpack.h>
 #include <dlfcn.h>
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 
 #include "common/check.h"
@@ -12,24 +11,22 @@
 namespace archetide {
 namespace {
 
-constexpr int kBlock = 4;     // vectors a step: the solves are for four at a time
-constexpr int kExpected = 5;  // vectors that it takes, in units of the count: 3 to 5 measured
-constexpr double kDependent = 1e-8;  // part of a new vector that counts as nothing new
+using Segment = Eigen::Map<VecX>;
 
-/// (K - sigma M)^-1 M on the M-complement of the deflated vectors.
+/// y = (K - sigma M)^-1 M x on the M-complement of the deflated vectors.
 class DeflatedInverse {
  public:
   DeflatedInverse(ShiftedCholesky& factor, const SparseMatrix& mass, const MatX& deflated)
       : factor_(factor), mass_(mass), deflated_(deflated), weighted_(apply_mass(mass, deflated)) {}
 
-  MatX operator()(const MatX& x) {
-    calls_ += int(x.cols());
-    MatX y = factor_.solve(apply_mass(mass_, x));
-    project(y);
-    return y;
+  /// `m_x` = M x
+  void apply_to_weighted(const double* m_x, double* y) {
+    factor_.solve(m_x, y);
+    project(Segment(y, factor_.size()));
+    ++calls_;
   }
-  void project(MatX& y) const { y -= deflated_ * (weighted_.transpose() * y); }
-  MatX times_mass(const MatX& x) const { return apply_mass(mass_, x); }
+  void project(Eigen::Ref<VecX> y) const { y -= deflated_ * (weighted_.transpose() * y); }
+  VecX times_mass(const Eigen::Ref<const VecX>& x) const { return apply_mass(mass_, x); }
   int calls() const { return calls_; }
 
  private:
@@ -40,117 +37,94 @@ class DeflatedInverse {
   int calls_ = 0;
 };
 
-/// A fixed start block without symmetry, so that it has a part in every mode: golden-ratio
+/// A fixed start vector without symmetry, so that it has a part in every mode: golden-ratio
 /// sequence.
-MatX start_block(Eigen::Index n) {
-  MatX x(n, kBlock);
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    x.data()[i] = std::fmod(0.6180339887498949 * double(i + 1), 1.0) - 0.5;
+VecX start_vector(Eigen::Index n) {
+  VecX x(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    x[i] = std::fmod(0.6180339887498949 * double(i + 1), 1.0) - 0.5;
   return x;
 }
 
-/// Block Lanczos with full reorthogonalisation, [Golub, Underwood 1977]: an M-orthonormal basis V
-/// of the Krylov space of the start block and T = V^T M Op V.
-class Krylov {
- public:
-  Krylov(DeflatedInverse& inverse, Eigen::Index n, int expected)
-      : inverse_(inverse), basis_(n, expected), T_(MatX::Zero(expected, expected)) {
-    MatX start = start_block(n);
-    inverse_.project(start);
-    orthonormalise(start);
-    append(start);
+/// ARPACK's state for dsaupd/dseupd in shift-invert mode.
+struct Arpack {
+  int n, nev, ncv, info = 1, ido = 0;  // info 1: residual holds the start vector
+  double tolerance;
+  VecX residual;
+  MatX basis;
+  std::vector<double> workd, workl;
+  int iparam[11] = {}, ipntr[14] = {};
+
+  Arpack(int size, const EigenOptions& o)
+      : n(size),
+        nev(o.count),
+        ncv(2 * o.count + 1),
+        tolerance(o.tolerance),
+        residual(start_vector(size)),
+        basis(size, 2 * o.count + 1),
+        workd(3 * std::size_t(size)),
+        workl(std::size_t(ncv) * (ncv + 8)) {
+    iparam[0] = 1;  // exact shifts
+    iparam[2] = o.max_restarts;
+    iparam[6] = 3;  // shift-invert
   }
 
-  int size() const { return size_ - last_; }  // of what is in T: all but the last block
-  bool exhausted() const { return last_ == 0; }
+  /// One turn of the reverse communication; false when it is over.
+  bool advance() {
+    dsaupd_c(&ido, "G", n, "LM", nev, tolerance, residual.data(), ncv, basis.data(), n, iparam,
+             ipntr, workd.data(), workl.data(), int(workl.size()), &info);
+    return ido != 99;
+  }
+  double* slot(int k) { return workd.data() + ipntr[k] - 1; }
 
-  /// Op times the last block gives the next one; none when the space holds all there is.
-  void extend() {
-    const int from = size_ - last_;
-    MatX next = inverse_(basis_.middleCols(from, last_));
-    const double norm = std::sqrt((next.transpose() * inverse_.times_mass(next)).trace());
-    for (int pass = 0; pass < 2; ++pass) T_.block(0, from, size_, last_) += take_off_basis(next);
-    const MatX gram = next.transpose() * inverse_.times_mass(next);
-    const Eigen::SelfAdjointEigenSolver<MatX> eigen(gram);
-    const double least = std::pow(kDependent * norm, 2);
-    const Eigen::Index fresh = (eigen.eigenvalues().array() > least).count();
-    const VecX scale = eigen.eigenvalues().tail(fresh).cwiseSqrt();
-    coupling_ = scale.asDiagonal() * eigen.eigenvectors().rightCols(fresh).transpose();
-    next = next * eigen.eigenvectors().rightCols(fresh) * scale.cwiseInverse().asDiagonal();
-    take_off_basis(next);  // what dividing has enlarged
-    orthonormalise(next);
-    const int to = size_, wide = last_;
-    append(next);
-    T_.block(to, from, fresh, wide) = coupling_;
+  void extract(double sigma, VecX& values, MatX& vectors) {
+    std::vector<int> select(ncv, 1);
+    values.resize(nev);
+    vectors.resize(n, nev);
+    int status = 0;
+    dseupd_c(1, "A", select.data(), values.data(), vectors.data(), n, sigma, "G", n, "LM", nev,
+             tolerance, residual.data(), ncv, basis.data(), n, iparam, ipntr, workd.data(),
+             workl.data(), int(workl.size()), &status);
+    if (status != 0)
+      throw NumericsError("ARPACK dseupd failed with status " + std::to_string(status));
   }
-
-  /// Eigenpairs of T, ascending.
-  Eigen::SelfAdjointEigenSolver<MatX> ritz() const {
-    const MatX T = T_.topLeftCorner(size(), size());
-    return Eigen::SelfAdjointEigenSolver<MatX>(0.5 * (T + T.transpose()));
-  }
-  /// |Op v - theta v| in the M-norm for the Ritz vector V s.
-  double residual(const Eigen::Ref<const VecX>& s) const {
-    return (coupling_ * s.tail(coupling_.cols())).norm();
-  }
-  MatX vectors(const MatX& s) const { return basis_.leftCols(s.rows()) * s; }
-
- private:
-  MatX take_off_basis(MatX& x) const {
-    const MatX part = basis_.leftCols(size_).transpose() * inverse_.times_mass(x);
-    x.noalias() -= basis_.leftCols(size_) * part;
-    return part;
-  }
-  void orthonormalise(MatX& x) const {
-    if (x.cols() == 0) return;
-    for (int pass = 0; pass < 2; ++pass) {
-      const MatX gram = x.transpose() * inverse_.times_mass(x);
-      gram.llt().matrixU().solveInPlace<Eigen::OnTheRight>(x);
-    }
-  }
-  void append(const MatX& block) {
-    if (size_ + block.cols() > basis_.cols()) {
-      const Eigen::Index room = 2 * (size_ + block.cols());
-      basis_.conservativeResize(Eigen::NoChange, room);
-      T_.conservativeResizeLike(MatX::Zero(room, room));
-    }
-    basis_.middleCols(size_, block.cols()) = block;
-    last_ = int(block.cols());
-    size_ += last_;
-  }
-
-  DeflatedInverse& inverse_;
-  MatX basis_;               // n x room, the first size_ columns in use
-  MatX T_;                   // its last block of rows is not there yet
-  MatX coupling_;            // last block x the one before it, of T
-  int size_ = 0, last_ = 0;  // columns in use; of them in the last block
 };
+
+void iterate(Arpack& arpack, DeflatedInverse& inverse) {
+  inverse.project(arpack.residual);
+  while (arpack.advance()) {
+    Segment y(arpack.slot(1), arpack.n);
+    if (arpack.ido == -1) {
+      const VecX m_x = inverse.times_mass(Segment(arpack.slot(0), arpack.n));
+      inverse.apply_to_weighted(m_x.data(), y.data());
+    } else if (arpack.ido == 1) {
+      inverse.apply_to_weighted(arpack.slot(2), y.data());
+    } else {
+      y = inverse.times_mass(Segment(arpack.slot(0), arpack.n));
+    }
+  }
+  if (arpack.info == 1)
+    throw NumericsError("the eigensolver found only " + std::to_string(arpack.iparam[4]) + " of " +
+                        std::to_string(arpack.nev) + " modes in " +
+                        std::to_string(arpack.iparam[2]) + " restarts");
+  if (arpack.info != 0)
+    throw NumericsError("ARPACK dsaupd failed with status " + std::to_string(arpack.info));
+}
 
 }  // namespace
 
 EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
                               const MatX& deflated, const EigenOptions& options) {
-  const int count = options.count;
-  ARCHETIDE_CHECK_OP(count, >=, 1);
-  ARCHETIDE_CHECK_OP(2 * count + 1, <=, factor.size() - deflated.cols());
+  ARCHETIDE_CHECK_OP(options.count, >=, 1);
+  ARCHETIDE_CHECK_OP(2 * options.count + 1, <=, factor.size() - deflated.cols());
   DeflatedInverse inverse(factor, mass, deflated);
-  Krylov space(inverse, factor.size(), kExpected * count);
-  int found = 0;
-  while (!space.exhausted() && space.size() < options.most_vectors * count) {
-    space.extend();
-    if (space.size() < count) continue;
-    const auto ritz = space.ritz();
-    const auto theta = ritz.eigenvalues().tail(count).reverse();
-    const auto s = ritz.eigenvectors().rightCols(count).rowwise().reverse();
-    found = 0;
-    while (found < count && space.residual(s.col(found)) <= options.tolerance * theta[found])
-      ++found;
-    if (found < count) continue;
-    return {options.sigma + theta.cwiseInverse().array(), space.vectors(s), inverse.calls()};
-  }
-  throw NumericsError("the eigensolver found only " + std::to_string(found) + " of " +
-                      std::to_string(count) + " modes in " + std::to_string(inverse.calls()) +
-                      " solves");
+  Arpack arpack(factor.size(), options);
+  iterate(arpack, inverse);
+
+  EigenResult result;
+  arpack.extract(options.sigma, result.values, result.vectors);
+  result.operator_calls = inverse.calls();
+  return result;
 }
 
 BlasInfo prepare_blas() {

@@ -11,8 +11,8 @@ namespace archetide {
 struct EigenOptions {
   int count = 0;             // eigenpairs wanted, >= 1; 2 count + 1 <= 3n - d
   double sigma = 0.0;        // shift, 1/s^2, negative: K - sigma M is SPD
-  double tolerance = 1e-10;  // relative residual of 1 / (lambda - sigma)
-  int most_vectors = 100;    // of the Krylov space, in units of the count
+  double tolerance = 1e-10;  // ARPACK's relative accuracy of 1 / (lambda - sigma)
+  int max_restarts = 300;
 };
 
 struct EigenResult {
@@ -22,8 +22,9 @@ struct EigenResult {
 };
 
 /// The lowest eigenpairs of K phi = lambda M phi that are M-orthogonal to `deflated` (3n x d,
-/// M-orthonormal eigenvectors known beforehand; d may be 0). Block Lanczos on the inverse;
-/// `factor` is that of K - sigma M, `mass` is scalar n x n. Throws NumericsError.
+/// M-orthonormal eigenvectors known beforehand; d may be 0). ARPACK shift-invert; `factor` is that
+/// of K - sigma M, `mass` is scalar n x n. Not reentrant (ARPACK keeps static state). Throws
+/// NumericsError.
 EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
                               const MatX& deflated, const EigenOptions& options);
 

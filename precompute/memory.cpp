@@ -112,7 +112,7 @@ double least_memory(double tets, int order, int modes) {
   const double dofs = 3 * nodes;
   const double neighbours = order == 1 ? 14 : 28;               // of a node, and itself
   const double matrices = 2 * dofs * 3 * neighbours * (8 + 4);  // K and M: value and row
-  const double vectors = 8 * dofs * (5.0 * modes + 20);         // the Krylov basis, the modes
+  const double vectors = 8 * dofs * (3.0 * modes + 20);         // ARPACK's basis, the modes
   // Nested dissection of a plate, nnz(L) >= 31/4 n log2 n with n nodes of 3 x 3 blocks, one layer.
   const double factor = 8 * 9 * 7.75 * nodes * std::log2(std::max(2.0, nodes)) / 2;
   return 1000 * tets + matrices + vectors + factor;

@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-/// Supernodal Cholesky factor of an SPD matrix.
+/// Supernodal Cholesky factor of an SPD matrix; solves with one right-hand side at a time.
 class ShiftedCholesky {
  public:
   /// Throws NumericsError when the matrix is not positive definite, MachineError without memory.
@@ -14,8 +14,8 @@ class ShiftedCholesky {
   ~ShiftedCholesky();
 
   int size() const;
-  /// A^-1 b, size() x any. Four columns cost little more than one: both read the factor once.
-  MatX solve(const MatX& b);
+  /// x = A^-1 b, both of size(); may be the same.
+  void solve(const double* b, double* x);
 
  private:
   struct Impl;

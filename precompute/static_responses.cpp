@@ -60,15 +60,15 @@ std::vector<MatX> all_loads(const TetMesh& mesh, const StaticLoads& loads, const
 
 /// K^+ f for f free of the basis: x <- x + P (K - sigma M)^-1 (f - K x), which shrinks the error by
 /// |sigma| / (lambda + |sigma|), lambda the lowest eigenvalue outside the basis.
-MatX solve_static(const MatX& f, const SparseMatrix& K, ShiftedCholesky& factor, const MatX& basis,
+VecX solve_static(const VecX& f, const SparseMatrix& K, ShiftedCholesky& factor, const MatX& basis,
                   const MatX& weighted) {
-  MatX x = MatX::Zero(f.rows(), f.cols());
+  VecX x = VecX::Zero(f.size()), y(f.size());
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    MatX y = factor.solve(f - K * x);
+    const VecX rest = f - K * x;
+    factor.solve(rest.data(), y.data());
     y -= basis * (weighted.transpose() * y);
     x += y;
-    const auto small = y.colwise().norm().array() <= kAccuracy * x.colwise().norm().array();
-    if (small.all()) return x;
+    if (y.norm() <= kAccuracy * x.norm()) return x;
   }
   throw NumericsError("static response: no convergence in " + std::to_string(kMaxPasses) +
                       " passes");
@@ -79,8 +79,12 @@ MatX responses(const MatX& loads, const SparseMatrix& K, const SparseMatrix& mas
                ShiftedCholesky& factor, const MatX& basis, const MatX& weighted) {
   // f - M Phi Phi^T f
   const MatX f = loads - weighted * (basis.transpose() * loads);
-  const MatX x = solve_static(f, K, factor, basis, weighted);
-  const VecX energy = (f.array() * x.array()).colwise().sum();
+  MatX x(f.rows(), f.cols());
+  VecX energy(f.cols());
+  for (Eigen::Index k = 0; k < f.cols(); ++k) {
+    x.col(k) = solve_static(f.col(k), K, factor, basis, weighted);
+    energy[k] = f.col(k).dot(x.col(k));
+  }
   std::vector<Eigen::Index> strong;
   for (Eigen::Index k = 0; k < f.cols(); ++k)
     if (energy[k] > kWeakLoad * energy.maxCoeff()) strong.push_back(k);

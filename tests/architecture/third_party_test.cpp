@@ -18,6 +18,7 @@ const std::map<std::string, std::vector<std::string>>& homes() {
   static const std::map<std::string, std::vector<std::string>> map = {
       {"CGAL/", {"precompute/"}},
       {"gmsh", {"precompute/"}},
+      {"arpack", {"precompute/"}},
       {"suitesparse/", {"precompute/"}},
       {"cholmod", {"precompute/"}},
       {"umfpack", {"precompute/"}},
