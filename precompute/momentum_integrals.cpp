@@ -20,7 +20,7 @@ MomentumIntegrals momentum_integrals(const std::vector<Vec3>& nodes, const Spars
   const VecX sums = weighted.colwise().sum();
 
   MomentumIntegrals integrals;
-  integrals.mass = mass.sum();
+  integrals.mass = (mass * VecX::Ones(n)).sum();  // mass.sum() rounds by where its values lie
   integrals.Sxx = products.topLeftCorner<3, 3>();
   for (Eigen::Index i = 0; i < r; ++i) {
     integrals.I3.emplace_back(sums.segment<3>(3 * (1 + i)));
