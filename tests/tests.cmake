@@ -16,9 +16,9 @@ function(archetide_tests name folder)
   add_executable(${name} ${sources})
   target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest_main)
   archetide_use_precompiled(${name} archetide_test_headers)
-  gtest_discover_tests(${name} TEST_FILTER "-Slow*" PROPERTIES LABELS fast TIMEOUT 600
+  gtest_discover_tests(${name} TEST_FILTER "-Slow*" NO_PRETTY_VALUES PROPERTIES LABELS fast TIMEOUT 600
                        DISCOVERY_TIMEOUT 60)
-  gtest_discover_tests(${name} TEST_FILTER "Slow*" PROPERTIES LABELS slow TIMEOUT 7200
+  gtest_discover_tests(${name} TEST_FILTER "Slow*" NO_PRETTY_VALUES PROPERTIES LABELS slow TIMEOUT 7200
                        DISCOVERY_TIMEOUT 60)
 endfunction()
 
