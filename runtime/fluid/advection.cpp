@@ -17,7 +17,6 @@ using Mask = Array3<unsigned char>;
 // resolve gain energy (a gyre in a box of 16^3 at CFL 0.3 fourfold in 10 s). So much as third-order
 // upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
 constexpr double kUpwind = 1.0 / 12.0;
-constexpr double kMostDamped = 0.25;  // cells a step, so that waves of one cell are never overdone
 
 // out(c) = op over the points c + offset along one axis, offset in [first, last], inside the
 // lattice.
@@ -144,13 +143,24 @@ void for_each_marked(const Mask& mask, const Mask& deep, const BlockBody& block,
     }
 }
 
-// Sum over the axes of |c| times the fourth difference of f at n, which lies at c[] of the lattice;
-// c: cells that the path crosses along each axis. An axis without two solved points to each side
-// counts nothing.
-double biharmonic(const Array3<double>& f, const Mask& valid, const int at[3], std::size_t n,
-                  const double c[3]) {
+// Sum over the axes of a weight times the fourth difference of f at the point nearest to the foot
+// of the path to lattice point `to`; c: cells that the path crosses along each axis. The weight is
+// the distance of the foot from that point, and goes back to 0 where the nearest point changes:
+// half-way between two, interpolation itself leaves nothing of waves of two cells. (Differences at
+// the path's end feed waves that stand the other way round at its foot; a weight that stays at 1/4
+// turns waves into mean flow where neighbours have different nearest points.) An axis without two
+// solved points to each side counts nothing.
+double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], const double c[3]) {
   const std::ptrdiff_t stride[3] = {1, f.nx(), static_cast<std::ptrdiff_t>(f.nx()) * f.ny()};
   const int size[3] = {f.nx(), f.ny(), f.nz()};
+  int at[3];
+  double weight[3];
+  for (int a = 0; a < 3; ++a) {
+    const double nearest = std::round(c[a]), off = std::abs(c[a] - nearest);
+    at[a] = std::clamp(to[a] - static_cast<int>(nearest), 0, size[a] - 1);
+    weight[a] = std::min(off, 0.5 - off);
+  }
+  const std::size_t n = f.index(at[0], at[1], at[2]);
   double sum = 0.0;
   for (int a = 0; a < 3; ++a) {
     if (at[a] < 2 || at[a] + 2 >= size[a]) continue;
@@ -158,8 +168,7 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int at[3], s
     const unsigned char* v = valid.data() + n;
     const std::ptrdiff_t s = stride[a];
     if (v[-2 * s] != 1 || v[-s] != 1 || v[0] != 1 || v[s] != 1 || v[2 * s] != 1) continue;
-    sum += std::min(std::abs(c[a]), kMostDamped) *
-           ((p[-2 * s] + p[2 * s]) - 4.0 * (p[-s] + p[s]) + 6.0 * p[0]);
+    sum += weight[a] * ((p[-2 * s] + p[2 * s]) - 4.0 * (p[-s] + p[s]) + 6.0 * p[0]);
   }
   return sum;
 }
@@ -223,12 +232,12 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     source.range(base, low, high);
     return std::min(std::max(hat[n] + 0.5 * (f[n] - back) - damped, low), high);
   };
-  const auto damping = [&](int i, int j, int k, std::size_t n) {
+  const auto damping = [&](int i, int j, int k) {
     double v[3];
     face_velocity<A>(g, u, i, j, k, v);
-    const int at[3] = {i, j, k};
+    const int to[3] = {i, j, k};
     const double c[3] = {h * v[0], h * v[1], h * v[2]};
-    return kUpwind * biharmonic(f, valid, at, n, c);
+    return kUpwind * biharmonic(f, valid, to, c);
   };
   const auto second_block = [&](int i, int j, int k, std::size_t n) {
     Block d[3], back;
@@ -238,12 +247,11 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     for (int l = 0; l < kBlock; ++l) at_foot |= side[n + l] == kAtFoot, solved &= valid[n + l] != 0;
     if (at_foot || !solved) {
       for (int l = 0; l < kBlock; ++l)
-        result[n + l] =
-            valid[n + l] ? corrected(n + l, back[l], damping(i + l, j, k, n + l)) : hat[n + l];
+        result[n + l] = valid[n + l] ? corrected(n + l, back[l], damping(i + l, j, k)) : hat[n + l];
       return true;
     }
     Block low, high, first, old, damped;
-    for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k, n + l);
+    for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k);
     range_block(f.data() + n, stride, side + n, low, high);
     load(hat + n, first), load(f.data() + n, old);
     const Block value = first + 0.5 * (old - back) - damped;
@@ -259,7 +267,7 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
         path_end<A>(g, u, sampler, i, j, k, h, s);
         const std::size_t base = first_order.base(s[0], s[1], s[2]);
         if (!whole_hat[base]) return;
-        result[n] = corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f), damping(i, j, k, n));
+        result[n] = corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f), damping(i, j, k));
       });
 }
 

@@ -129,7 +129,7 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
   summary.seconds_per_frame = total.count() / summary.frames;
 
   if (options.film && summary.frames > 1) {
-    const std::string film = folder + "film.mp4";
+    const std::string film = run.path + "film.mp4";
     const std::string problem =
         consecutive(frames)
             ? make_film(folder, frames.front().number, summary.frames, run.manifest.fps, film)

@@ -11,7 +11,7 @@ struct RenderOptions {
   double azimuth = 25.0;                 // degrees, camera to the right of the front (-y) side
   double elevation = 22.0;               // degrees above the horizon
   int samples = 2;                       // antialiasing, samples x samples per pixel, 1 .. 8
-  bool film = true;                      // pictures/film.mp4 when ffmpeg is there
+  bool film = true;                      // DIR/film.mp4 when ffmpeg is there
   bool quiet = false;                    // no progress on stderr
 };
 
@@ -25,7 +25,7 @@ struct RenderSummary {
 /// True when this build can render (embree and libpng were there).
 bool render_available();
 
-/// Draws frames/*.ply and *.vtp of a run folder into DIR/pictures/frame.000012.png and film.mp4.
+/// Draws frames/*.ply and *.vtp of a run folder into DIR/pictures/frame.000012.png, and DIR/film.mp4.
 /// Throws FileError when the folder is no run or lacks frames, InputError for bad options. A build
 /// that cannot render says so in one line and draws nothing.
 RenderSummary render_run(const std::string& directory, const RenderOptions& options);

@@ -35,13 +35,16 @@ TEST(WaterAlone, UnsteadyVorticesConvergeAtSecondOrder) {
 }
 
 TEST(WaterAlone, ACarriedVortexConvergesAtSecondOrder) {
-  // CFL fixed. 2.4 and 4.8 cells a core are too few to show the order (1.63), from 4.8 to 9.6 it is
-  // 1.99 and on to 19.2 2.02 (scorecard).
-  const double coarse = carried_vortex(80, 1.0, Scheme::kNewmark).velocity_error;
-  const double fine = carried_vortex(160, 1.0, Scheme::kNewmark).velocity_error;
-  std::printf("errors %.2e %.2e\n", coarse, fine);
-  EXPECT_LT(fine, 0.04);                     // measured 0.0390
-  EXPECT_GT(std::log2(coarse / fine), 1.8);  // measured 1.99
+  // CFL fixed. 2.4 and 4.8 cells a core are too few to show the order (1.65), from 4.8 to 9.6 it is
+  // 1.97 and on to 19.2 2.02 (scorecard). In long steps waves of two cells must not be fed: what is
+  // left at the length of a cell then grows by the number of steps (17 % off at 9.6 cells).
+  for (const double cfl : {1.0, 4.0}) {
+    const double coarse = carried_vortex(80, cfl, Scheme::kNewmark).velocity_error;
+    const double fine = carried_vortex(160, cfl, Scheme::kNewmark).velocity_error;
+    std::printf("CFL %g: errors %.2e %.2e\n", cfl, coarse, fine);
+    EXPECT_LT(fine, 0.04);                     // measured 0.0388, 0.0384
+    EXPECT_GT(std::log2(coarse / fine), 1.8);  // measured 1.97, 1.97
+  }
 }
 
 TEST(WaterAlone, SloshingHasItsPeriodAndKeepsItsAmplitude) {

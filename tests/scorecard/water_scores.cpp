@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "tests/scorecard/reference_data.h"
@@ -50,22 +51,21 @@ ScoreRow carried_row(int n, double cfl) {
   });
 }
 
-std::vector<ScoreRow> carried(const std::vector<int>& resolutions) {
+std::vector<ScoreRow> carried(const std::vector<int>& resolutions, double cfl = 1) {
   std::vector<ScoreRow> rows;
-  for (const int n : resolutions) rows.push_back(carried_row(n, 1));
+  for (const int n : resolutions) rows.push_back(carried_row(n, cfl));
   fill_orders(rows);
   return rows;
 }
 
 std::vector<ScoreRow> carried_fine() {
   std::vector<ScoreRow> rows = carried({80, 160, 320});
-  double least = rows[1].order;
-  for (std::size_t k = 2; k < rows.size(); ++k) least = std::min(least, rows[k].order);
+  for (ScoreRow& row : carried({80, 160, 320}, 4)) rows.push_back(std::move(row));
+  double least = INFINITY;
+  for (const ScoreRow& row : rows)
+    if (std::isfinite(row.order)) least = std::min(least, row.order);
   // Asked for: order 1.8 or more.
-  rows.push_back(score("2 less the least order", "these three", 2.0 - least, 0.0, 0.2));
-  rows.push_back(known_miss(carried_row(160, 4), 0.163,
-                            "above CFL 2 what is left at the length of a cell grows where eddies "
-                            "are carried along"));
+  rows.push_back(score("2 less the least order", "these six", 2.0 - least, 0.0, 0.2));
   return rows;
 }
 

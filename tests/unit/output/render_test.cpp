@@ -102,6 +102,17 @@ TEST_F(RenderedRun, SamePictureEveryTime) {
   EXPECT_EQ(read_whole_file(folder_ / "pictures/frame.000000.png"), first);
 }
 
+// Beside the tables, where the README says; half a film never.
+TEST_F(RenderedRun, TheFilmLiesInTheRunFolder) {
+  options_.film = true;
+  const std::string film = render_run(folder_.path(), options_).film;
+  if (film.empty()) GTEST_SKIP() << "no ffmpeg";
+  EXPECT_EQ(std::filesystem::path(film), std::filesystem::path(folder_ / "film.mp4"));
+  EXPECT_GT(std::filesystem::file_size(folder_ / "film.mp4"), 0u);
+  for (const auto& file : std::filesystem::directory_iterator(folder_ / "pictures"))
+    EXPECT_EQ(file.path().extension(), ".png");
+}
+
 TEST_F(RenderedRun, OnlyTheChosenFramesAreDrawn) {
   options_.first_frame = options_.last_frame = 1;
   EXPECT_EQ(render_run(folder_.path(), options_).frames, 1);
