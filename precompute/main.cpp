@@ -12,6 +12,7 @@
 #include "common/atomic_file.h"
 #include "common/check.h"
 #include "common/input_error.h"
+#include "common/keep_memory.h"
 #include "precompute/build.h"
 #include "precompute/build_skin.h"
 #include "precompute/defects.h"
@@ -327,6 +328,7 @@ int run(int argc, char** argv, Log& log) {
 
 int main(int argc, char** argv) {
   using namespace archetide;
+  keep_freed_memory();
   Log log;
   try {
     return run(argc, argv, log);

@@ -7,8 +7,8 @@
 
 #include "common/atomic_file.h"
 #include "common/cli.h"
+#include "common/keep_memory.h"
 #include "runtime/bench/bench.h"
-#include "runtime/grid/keep_memory.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/failure_folder.h"

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/input_error.h"
+#include "common/keep_memory.h"
 #include "common/surface_io.h"
 #include "precompute/build.h"
 #include "precompute/eigen_solver.h"
@@ -151,6 +152,7 @@ void large_rows() {
 
 int main(int argc, char** argv) {
   using namespace archetide;
+  keep_freed_memory();
   std::vector<std::string> groups(argv + 1, argv + argc);
   if (groups.empty()) groups = {"sphere", "bar", "torus"};
   std::printf("CPU seconds, %s\n", prepare_blas().name.c_str());

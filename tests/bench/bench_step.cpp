@@ -10,7 +10,7 @@
 #include <fstream>
 #include <memory>
 
-#include "runtime/grid/keep_memory.h"
+#include "common/keep_memory.h"
 #include "runtime/simulation.h"
 #include "tests/support/fluid_fields.h"
 
