@@ -141,13 +141,13 @@ struct Simulation::Impl {
                     double dt, std::vector<VecX>& y);
   void predict_positions(double dt, std::vector<Configuration>& middle);
   void correct_positions(double dt, const std::vector<ReducedBody>& start);
-  void resolve_contact(double dt, StepReport& report);
+  bool resolve_contact(double dt, StepReport& report);
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
   bool may_reach_wall(std::size_t b, double dt) const;
   std::vector<double> body_speeds() const;
-  void resolve_body_contact(double dt, StepReport& report);
+  bool resolve_body_contact(double dt, StepReport& report);
   void update_geometry(const std::vector<ReducedBody>& at);
   void visit_state(StateArchive& a);
   void visit_seen(StateArchive& a);
@@ -397,8 +397,10 @@ std::vector<double> Simulation::Impl::body_speeds() const {
   return speeds;
 }
 
-// Between the stages: bodies against each other, obstacles and walls.
-void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
+// Between the stages: bodies against each other, obstacles and walls. False when they sank into each
+// other and a shorter step may keep them apart.
+bool Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
+  constexpr int kMostHalvings = 3;  // for that; an overlap is no failure
   take_back_pushes(ahead, reaction, dt, bodies);
   BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
   touching = std::move(met.velocity_stage);
@@ -406,16 +408,17 @@ void Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
   report.contacts = p.touching;
   report.max_penetration = p.largest;
   report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
+  if (options.scheme == Scheme::kSingle || options.on_fail == OnFail::kStop) return true;
+  return report.halvings >= kMostHalvings || !between->sank(ahead, p);
 }
 
 // Between the stages: bodies against the walls on x^{n+1} and v^n.
-void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
+bool Simulation::Impl::resolve_contact(double dt, StepReport& report) {
   if (between) {
     ScopedTimer timer(profile, "contact");
-    resolve_body_contact(dt, report);
-    return;
+    return resolve_body_contact(dt, report);
   }
-  if (!has_tank() || !options.wall_contact) return;
+  if (!has_tank() || !options.wall_contact) return true;
   ScopedTimer timer(profile, "contact");
   WallContactOptions walls = wall_options(options, dt);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -425,6 +428,7 @@ void Simulation::Impl::resolve_contact(double dt, StepReport& report) {
     report.contacts += contact.contacts;
     held[b] = std::move(contact.velocity_stage);
   }
+  return true;
 }
 
 // Whether the body may come to a wall within the step.
@@ -487,7 +491,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   if (options.scheme == Scheme::kNewmark) {
     if (!advance_positions(dt, middle, read_points, report)) return false;
     if (broken_body(bodies) >= 0) return false;
-    resolve_contact(dt, report);
+    if (!resolve_contact(dt, report)) return false;
     if (!advance_velocities(dt, middle, read_points, report)) return false;
     guard.stop_held(bodies, options.modal.mass);
     return true;

@@ -142,6 +142,13 @@ double BodyContacts::closing_target(double gap, double dt) const {
   return gap > 0.0 ? -(gap - slack) / dt : recovery_speed(-gap - slack, dt, options_.gravity);
 }
 
+bool BodyContacts::sank(const GroupContacts& ahead, const Penetration& now) const {
+  constexpr double kDeeper = 250.0;  // tolerances, a quarter of a cell: half of what is allowed
+  double before = 0.0;
+  for (const BodyContact& c : ahead.contacts) before = std::max(before, -c.gap);
+  return now.largest > before + kDeeper * options_.tolerance;
+}
+
 GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
                                   const std::vector<double>& speed, double dt) const {
   GroupContacts out;

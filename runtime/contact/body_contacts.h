@@ -60,6 +60,10 @@ class BodyContacts {
   Result resolve(std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
                  double dt) const;
 
+  /// Whether bodies stand much deeper in something than where the step began: thin parts that turn,
+  /// or bend, come to lie against others than those that `ahead` saw.
+  bool sank(const GroupContacts& ahead, const Penetration& now) const;
+
   /// What the contacts of the last step pushed, the first guess of the next: part of the state.
   struct Memory {
     ContactForces position, velocity;

@@ -407,6 +407,35 @@ TEST(Overlap, BallsHalfInOneAnotherSeparateGently) {
   EXPECT_NEAR(apart, 2.0 * a, 0.01 * a);
 }
 
+/// A heavy ball drives a light one, which was at rest when the step began, into a third: no contact
+/// was to be seen there. The step is taken again, shorter.
+TEST(Overlap, ABallThatIsDrivenIntoAnotherIsCaughtByShorterSteps) {
+  const double radius = 0.05, cell = radius / 8.0;  // without a tank: of the smallest body
+  const auto deepest = [&](OnFail on_fail, int* halvings) {
+    SimulationOptions o = vacuum(0.0);
+    o.on_fail = on_fail;
+    Simulation s(o, FluidState(),
+                 {ball(0.2, Vec3(-0.251, 0, 0), Vec3(2.0, 0, 0)), ball(radius, Vec3::Zero()),
+                  ball(radius, Vec3(0.104, 0, 0))},
+                 {});
+    double largest = 0.0;
+    for (int n = 0; n < 10; ++n) {
+      const StepReport r = s.step(0.01);
+      largest = std::max(largest, r.max_penetration / cell);
+      *halvings += r.halvings;
+    }
+    return largest;
+  };
+  int never = 0, halvings = 0;
+  const double without = deepest(OnFail::kStop, &never),
+               with = deepest(OnFail::kHalveStep, &halvings);
+  std::printf("overlap %.3f cells, with %d halvings %.3f\n", without, halvings, with);
+  EXPECT_EQ(never, 0);
+  EXPECT_GT(without, 1.0);  // there is something to catch: 2 cm, gap 4 mm, cells of 6 mm
+  EXPECT_GT(halvings, 0);
+  expect_at_most("overlap, cells", with, 0.25);
+}
+
 TEST(Overlap, TenCoincidentBallsSplitTheSameWayEveryTime) {
   const auto split = [] {
     std::vector<ReducedBody> balls(10, ball(0.1, Vec3::Zero()));

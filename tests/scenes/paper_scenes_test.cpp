@@ -62,8 +62,9 @@ double mean_of_last(const std::vector<double>& values, std::size_t count) {
   return sum / static_cast<double>(count);
 }
 
-// No step is rejected, bodies stay in the tank and overlap by less than a cell, and what they
-// expect (`[expect]` and `[limits]` of the scene: deformation, 5 % of volume) holds: exit code 0.
+// Bodies stay in the tank and overlap by at most half a cell, one step in twenty at most is taken
+// again for that, and what the scenes expect (`[expect]` and `[limits]`: deformation, 5 % of
+// volume) holds: exit code 0.
 TEST_P(PaperScenes, RunsCoarse) {
   ASSERT_EQ(build_archetype(), 0);
   ASSERT_EQ(run(), 0);
@@ -74,13 +75,13 @@ TEST_P(PaperScenes, RunsCoarse) {
               GetParam().scene.c_str(), stats.rows(), largest(penetration) / dx,
               mean_of_last(penetration, 5) / dx,
               mean_of_last(stats.column("mean_penetration"), 5) / dx);
-  std::printf("iterations at most %.0f, rejected steps %.0f\n", largest(stats.column("iterations")),
-              largest(stats.column("halvings")));
+  std::printf("iterations at most %.0f, halvings %.0f\n", largest(stats.column("iterations")),
+              sum(stats.column("halvings")));
   const double share = sum(stats.column("seconds_contact")) / sum(stats.column("seconds"));
   std::printf("measured: contact takes %.1f %% of a step\n", 100.0 * share);
   EXPECT_LE(share, 0.5);
-  EXPECT_LE(largest(penetration) / dx, 1.0);
-  EXPECT_LE(largest(stats.column("halvings")), 0.0);
+  EXPECT_LE(largest(penetration) / dx, 0.5);
+  EXPECT_LE(sum(stats.column("halvings")), 0.05 * static_cast<double>(stats.rows()));
   const CsvTable bodies = read_csv(folder_ + "/run/bodies.csv");
   EXPECT_GE(*std::min_element(bodies.column("z").begin(), bodies.column("z").end()), 0.0);
 }
