@@ -14,15 +14,17 @@ constexpr double kOpenTop = 0.5068068307;
 struct ReleasedBall {
   double acceleration_error;  // of the first step against (1 - s) / (s + k) g, relative
   int iterations;             // most of the run
-  double fastest;             // m/s
+  double gain;                // most kinetic energy beyond the work of weight and buoyancy, as part
+                              // of that over a radius
 };
 
 ReleasedBall release_ball(int cells, double ratio, double end) {
-  constexpr double kDt = 1.0 / 240.0;
+  constexpr double kDt = 1.0 / 240.0, kRadius = 0.1, kStart = 0.5;
   SimulationOptions o = unit_tank(cells);
   o.tolerance = 1e-6;
-  Simulation s(o, water_to(o.grid, INFINITY), {rigid_ball(0.1, 1000.0 * ratio, Vec3(.5, .5, .5))},
-               {});
+  Simulation s(o, water_to(o.grid, INFINITY),
+               {rigid_ball(kRadius, 1000.0 * ratio, Vec3(.5, .5, kStart))}, {});
+  const double mass = body_mass(s.bodies()[0]), displaced = mass / ratio;
   ReleasedBall out{};
   const StepReport first = s.step(1e-4);
   out.acceleration_error =
@@ -30,7 +32,10 @@ ReleasedBall release_ball(int cells, double ratio, double end) {
   out.iterations = std::max(first.position.iterations, first.velocity.iterations);
   run_to(s, end, kDt, [&](const StepReport& r) {
     out.iterations = std::max({out.iterations, r.position.iterations, r.velocity.iterations});
-    out.fastest = std::max(out.fastest, r.max_speed);
+    const double force = kGravity * (displaced - mass);
+    const double work = force * (s.bodies()[0].position[2] - kStart);
+    out.gain =
+        std::max(out.gain, (r.water_kinetic + r.body_kinetic - work) / (std::abs(force) * kRadius));
   });
   return out;
 }
@@ -44,8 +49,11 @@ void expect_any_density(int cells, double end, const std::vector<double>& ratios
                    std::abs(ball.acceleration_error), bound);
     expect_at_most(("iterations against those at ratio 0.5" + at).c_str(),
                    double(ball.iterations) / normal, 1.3);
-    // Nothing moves faster than what falls or rises 1 m with the acceleration 2 g.
-    expect_at_most(("largest speed, m/s" + at).c_str(), ball.fastest, 2.0 * std::sqrt(kGravity));
+    // No blow-up: energy comes from weight and buoyancy alone, which only falls where a ball leaves
+    // through the open top. (There light ones grow fast, 8 m/s at 1e-3: their momentum stays and
+    // the water's share of the inertia goes.) Allowed is the error of the water's inertia at this
+    // grid.
+    expect_at_most(("energy gained, of the work over a radius" + at).c_str(), ball.gain, bound);
   }
 }
 
