@@ -25,9 +25,9 @@ struct RenderSummary {
 /// True when this build can render (embree and libpng were there).
 bool render_available();
 
-/// Draws frames/*.ply and *.vtp of a run folder into DIR/pictures/frame.000012.png, and DIR/film.mp4.
-/// Throws FileError when the folder is no run or lacks frames, InputError for bad options. A build
-/// that cannot render says so in one line and draws nothing.
+/// Draws frames/*.ply and *.vtp of a run folder into DIR/pictures/frame.000012.png, and
+/// DIR/film.mp4. Throws FileError when the folder is no run or lacks frames, InputError for bad
+/// options. A build that cannot render says so in one line and draws nothing.
 RenderSummary render_run(const std::string& directory, const RenderOptions& options);
 
 }  // namespace archetide

@@ -16,6 +16,7 @@ struct ReleasedBall {
   int iterations;             // most of the run
   double gain;                // most kinetic energy beyond the work of weight and buoyancy, as part
                               // of that over a radius
+  double fastest;             // m/s, until the ball reaches the water's surface
 };
 
 ReleasedBall release_ball(int cells, double ratio, double end) {
@@ -32,6 +33,7 @@ ReleasedBall release_ball(int cells, double ratio, double end) {
   out.iterations = std::max(first.position.iterations, first.velocity.iterations);
   run_to(s, end, kDt, [&](const StepReport& r) {
     out.iterations = std::max({out.iterations, r.position.iterations, r.velocity.iterations});
+    if (s.bodies()[0].position[2] < 1.0 - kRadius) out.fastest = std::max(out.fastest, r.max_speed);
     const double force = kGravity * (displaced - mass);
     const double work = force * (s.bodies()[0].position[2] - kStart);
     out.gain =
@@ -49,6 +51,9 @@ void expect_any_density(int cells, double end, const std::vector<double>& ratios
                    std::abs(ball.acceleration_error), bound);
     expect_at_most(("iterations against those at ratio 0.5" + at).c_str(),
                    double(ball.iterations) / normal, 1.3);
+    // Nothing under water moves faster than what falls or rises 1 m with the acceleration 2 g.
+    expect_at_most(("largest speed under water, m/s" + at).c_str(), ball.fastest,
+                   2.0 * std::sqrt(kGravity));
     // No blow-up: energy comes from weight and buoyancy alone, which only falls where a ball leaves
     // through the open top. (There light ones grow fast, 8 m/s at 1e-3: their momentum stays and
     // the water's share of the inertia goes.) Allowed is the error of the water's inertia at this
