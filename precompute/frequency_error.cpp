@@ -8,18 +8,16 @@
 namespace archetide {
 namespace {
 
-constexpr int kCoarser = 4;          // times fewer tets
-constexpr double kLeastRatio = 2.0;  // of the tets of both meshes, or the difference says little
+constexpr double kCoarser[] = {4.0, 2.5};  // times fewer tets; a thin part may not have so few
+constexpr double kLeastRatio = 1.5;  // of the tets of both meshes, or the difference says little
 constexpr double kLooseResidual = 1e-4;  // of modes whose frequencies only are wanted
 
-}  // namespace
-
-VecX estimate_frequency_errors(const Recipe& recipe, const TriMesh& surface, const VecX& omega2,
-                               int tets, Profile& profile) {
-  const ScopedTimer timer(profile, "estimate");
+/// From a mesh with `coarser` times fewer tets; empty when none passes the quality gate.
+VecX errors_from(const Recipe& recipe, const TriMesh& surface, const VecX& omega2, int tets,
+                 double coarser) {
   try {
     TetrahedralizeOptions mesher = recipe.tet;
-    mesher.target = std::max(100, tets / kCoarser);
+    mesher.target = std::max(100, int(tets / coarser));
     TetMesh mesh = tetrahedralize(surface, mesher).mesh;
     const double ratio = double(tets) / double(mesh.tets.size());
     if (ratio < kLeastRatio) return {};
@@ -38,6 +36,18 @@ VecX estimate_frequency_errors(const Recipe& recipe, const TriMesh& surface, con
   } catch (const Error&) {  // too coarse for this shape
     return {};
   }
+}
+
+}  // namespace
+
+VecX estimate_frequency_errors(const Recipe& recipe, const TriMesh& surface, const VecX& omega2,
+                               int tets, Profile& profile) {
+  const ScopedTimer timer(profile, "estimate");
+  for (const double coarser : kCoarser) {
+    VecX errors = errors_from(recipe, surface, omega2, tets, coarser);
+    if (errors.size() > 0) return errors;
+  }
+  return {};
 }
 
 }  // namespace archetide

@@ -62,12 +62,12 @@ void follow(const TriMesh& before, const TriMesh& after, const std::vector<int>&
 
 }  // namespace
 
-bool restore_volume(TriMesh& surface, double volume, const std::vector<int>& held) {
+bool restore_volume(TriMesh& surface, double volume, const std::vector<double>& share) {
   std::vector<Vec3> normals;
   std::vector<double> areas;
   vertex_normals_and_areas(surface, normals, areas);
   std::vector<double> sag = sags(surface, normals);
-  for (const int v : held) sag[v] = 0.0;
+  for (std::size_t v = 0; v < share.size(); ++v) sag[v] *= share[v];
 
   TriMesh moved = surface;
   double gain = 0.0;  // volume per unit of the move
@@ -87,18 +87,19 @@ bool restore_volume(TriMesh& surface, double volume, const std::vector<int>& hel
   return true;
 }
 
-bool restore_volume(TetMesh& mesh, double volume, const std::vector<char>& held) {
-  std::vector<int> nodes, held_vertices;
+bool restore_volume(TetMesh& mesh, double volume, const std::vector<double>& share) {
+  std::vector<int> nodes;
   const TriMesh before = boundary_surface(mesh, nodes);
-  for (std::size_t v = 0; v < nodes.size() && !held.empty(); ++v)
-    if (held[nodes[v]]) held_vertices.push_back(int(v));
+  std::vector<double> vertex_share;
+  if (!share.empty())
+    for (const int node : nodes) vertex_share.push_back(share[node]);
   TriMesh surface = before;
   TetMesh moved = mesh;
   // Linear tets fill their surface; curved ones differ from its flat triangles by a nearly constant
   // volume.
   for (int pass = 0; pass < (mesh.order() == 1 ? 1 : 3); ++pass) {
     const double beyond = mesh.order() == 1 ? 0.0 : mesh_volume(moved) - enclosed_volume(surface);
-    if (!restore_volume(surface, volume - beyond, held_vertices)) return false;
+    if (!restore_volume(surface, volume - beyond, vertex_share)) return false;
     moved = mesh;
     follow(before, surface, nodes, moved);
   }

@@ -29,7 +29,9 @@ constexpr double kFinerThanWanted = 0.8;
 constexpr double kRemeshedEdge = 0.6;
 /// Parts of the missing volume that are tried, the most first.
 constexpr double kRestored[] = {1.0, 0.75, 0.5, 0.0};
-constexpr int kHeldRounds = 4;  // more and more nodes held
+/// Rounds in which nodes of harmed tets move less, and the share of the last move that they keep.
+constexpr int kGentlerRounds = 12;
+constexpr double kGentler = 0.5;
 /// Sizes that are tried when no way gives tets that pass: near the limit of what a thin part
 /// allows, which tets turn out flat is a matter of chance.
 constexpr double kOtherSizes[] = {0.95, 0.9, 0.85};
@@ -178,18 +180,29 @@ std::vector<int> folded_tets(const TetMesh& mesh) {
   return folded;
 }
 
-/// Moves the boundary to restore the volume where that harms no tet: the nodes of harmed ones are
-/// held and the others tried again; at last, only a part of the volume is restored.
+/// Nodes of a harmed tet move alike, by `gentler` times what the stillest of them did.
+template <class Nodes>
+void move_together(const Nodes& nodes, double gentler, std::vector<double>& share) {
+  double least = 1.0;
+  for (const int node : nodes) least = std::min(least, share[node]);
+  for (const int node : nodes) share[node] = gentler * least;
+}
+
+/// Moves the boundary to restore the volume where that harms no tet: the nodes of harmed ones move
+/// less, and those of one tet alike, until all pass; at last, only a part of the volume is
+/// restored.
 void restore(const QualityLimits& limits, double volume, int shell_count,
              TetrahedralizeResult& result) {
   result.quality = measure_quality(result.mesh, volume, shell_count);
   result.raw_volume_error = result.quality.volume_error;
   const double missing = volume - result.quality.volume;
+  const std::vector<int> bad = bad_tets(result.mesh, limits);
+  const std::set<int> flat(bad.begin(), bad.end());  // standing still cannot cure these
   for (const double part : kRestored) {
-    std::vector<char> held(result.mesh.nodes.size(), 0);
-    for (int round = 0; round < kHeldRounds; ++round) {
+    std::vector<double> share(result.mesh.nodes.size(), 1.0);
+    for (int round = 0; round < kGentlerRounds; ++round) {
       TetMesh restored = result.mesh;
-      if (part > 0 && !restore_volume(restored, volume - (1 - part) * missing, held)) break;
+      if (part > 0 && !restore_volume(restored, volume - (1 - part) * missing, share)) break;
       const TetQuality after = measure_quality(restored, volume, shell_count);
       const std::vector<int> folded = folded_tets(restored);
       if (folded.empty() && quality_complaints(after, limits).empty()) {
@@ -199,10 +212,10 @@ void restore(const QualityLimits& limits, double volume, int shell_count,
       }
       if (part == 0) break;
       for (const int t : bad_tets(restored, limits))
-        for (const int node : restored.tets[t]) held[node] = 1;
+        move_together(restored.tets[t], flat.count(t) ? 1.0 : kGentler, share);
       for (const int t : folded) {
-        for (const int node : restored.tets[t]) held[node] = 1;
-        for (const int node : restored.mids[t]) held[node] = 1;
+        move_together(restored.tets[t], kGentler, share);
+        move_together(restored.mids[t], kGentler, share);
       }
     }
   }

@@ -12,7 +12,9 @@ namespace archetide {
 namespace {
 
 constexpr int kTriangle = 2, kTet = 4;  // gmsh element types
-constexpr int kHxt = 10;  // Mesh.Algorithm3D; Debian's Frontal fails, its Delaunay is slower
+/// Mesh.Algorithm3D. Debian's Frontal fails; HXT is faster, but with the same input its tets depend on
+/// what the process did before.
+constexpr int kDelaunay = 1;
 
 /// A silent gmsh on one thread (two are not reproducible) that always ends.
 struct GmshSession {
@@ -20,7 +22,7 @@ struct GmshSession {
     gmsh::initialize(0, nullptr, false);
     gmsh::option::setNumber("General.Terminal", 0);
     gmsh::option::setNumber("General.NumThreads", 1);
-    gmsh::option::setNumber("Mesh.Algorithm3D", kHxt);
+    gmsh::option::setNumber("Mesh.Algorithm3D", kDelaunay);
     gmsh::option::setNumber("Mesh.Optimize", 1);
     // Above 0.2 the optimiser spent minutes on tets that bad boundary triangles pin (fandisk).
     gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.2);

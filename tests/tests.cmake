@@ -87,7 +87,7 @@ if(TARGET archetide_precompute)
   archetide_bench(bench_precompute archetide_elastic_cases)
 endif()
 archetide_bench(bench_body_step archetide_test_support)
-archetide_bench(bench_drafts archetide_scene)
+archetide_bench(bench_drafts archetide_scene archetide_test_support)
 archetide_bench(bench_water archetide_test_support)
 archetide_bench(bench_step archetide_test_support)
 

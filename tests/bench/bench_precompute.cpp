@@ -1,12 +1,15 @@
 // Prints what the precompute costs next to how accurate it is: CPU seconds by phase, mesh quality,
 // error of the frequencies against closed forms or a finer mesh.
-// Usage: bench_precompute [sphere] [bar] [torus] [bodies] [large] [wet] (nothing: the first three)
+// Usage: bench_precompute [sphere] [bar] [torus] [wet] [bodies] [builds] [large]   (nothing: all)
 //        bench_precompute one SURFACE.obj ORDER TARGET MODES
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +22,7 @@
 #include "precompute/memory.h"
 #include "precompute/modes.h"
 #include "precompute/tetrahedralize.h"
+#include "tests/support/cpu_seconds.h"
 #include "tests/support/elastic/elastic_cases.h"
 #include "tests/unit/precompute/shapes.h"
 #include "tests/unit/precompute/wet_sphere.h"
@@ -141,6 +145,42 @@ void wet_rows() {
   }
 }
 
+/// The paper's models, 20 modes each, as archetide-precompute makes them from their body files: the
+/// whole build with surface, cut, distance grid, estimated errors and writing of the archetype.
+void build_rows(const std::string& folder) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("bench_precompute_" + std::to_string(getpid())))
+          .string();
+  std::printf("\nwhole builds      tets modes |  CPU s target | error %% (estimated)\n");
+  Log quiet(Log::Level::kQuiet);
+  double jellyfish = 0.0;
+  const std::vector<std::pair<std::string, double>> bodies = {
+      {"sphere", 1.0},         {"starfish", 2.0},       {"torus", 5.0},
+      {"jellyfish_bell", NAN}, {"jellyfish_arm1", NAN}, {"jellyfish_arm2", NAN},
+      {"jellyfish_arm3", NAN}, {"jellyfish_arm4", NAN}};
+  for (const auto& [name, target] : bodies) {
+    Recipe recipe = read_recipe(folder + "/" + name + ".body.toml");
+    recipe.modes.count = 20;
+    Profile profile;
+    const double start = cpu_seconds();
+    const Archetype a = build_archetype(recipe, quiet, profile);
+    write_archetype(path, a);
+    const double seconds = cpu_seconds() - start;
+    std::filesystem::remove(path);
+    if (std::isnan(target)) jellyfish += seconds;
+    recipe.tet.target *= 4;
+    recipe.tet.mesher = Mesher::kCgal;
+    const Archetype finer = build_archetype(recipe, quiet, profile);
+    const double off =
+        percent(a.omega2.cwiseSqrt(), finer.omega2.cwiseSqrt(), int(std::min(a.r(), finer.r())));
+    const double estimate =
+        a.frequency_error.size() > 0 ? a.frequency_error.cwiseAbs().maxCoeff() : NAN;
+    std::printf("%-15s %6zu %5d | %6.2f %6.0f | %7.2f %7.2f\n", name.c_str(), a.tets.tets.size(),
+                a.r(), seconds, target, off, 100.0 * estimate);
+  }
+  std::printf("the jellyfish's parts        | %6.2f %6.0f\n", jellyfish, 8.0);
+}
+
 void large_rows() {
   const TriMesh surface = shapes::torus(0.25, 0.1, 154, 78);
   run({"torus", surface, 1, 300'000, 20});
@@ -154,7 +194,7 @@ int main(int argc, char** argv) {
   using namespace archetide;
   keep_freed_memory();
   std::vector<std::string> groups(argv + 1, argv + argc);
-  if (groups.empty()) groups = {"sphere", "bar", "torus"};
+  if (groups.empty()) groups = {"sphere", "bar", "torus", "wet", "bodies", "builds", "large"};
   std::printf("CPU seconds, %s\n", prepare_blas().name.c_str());
   std::printf(
       "body  order mass     nu      tets     dof modes |   mesh  assem factor iterat  sturm integr "
@@ -173,6 +213,7 @@ int main(int argc, char** argv) {
       if (group == "bar") bar_rows();
       if (group == "torus") torus_rows();
       if (group == "bodies") body_rows("assets/bodies");
+      if (group == "builds") build_rows("assets/bodies");
       if (group == "large") large_rows();
       if (group == "wet") wet_rows();
       std::fflush(stdout);

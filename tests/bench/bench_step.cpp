@@ -6,18 +6,16 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <memory>
 
 #include "common/keep_memory.h"
 #include "runtime/simulation.h"
+#include "tests/support/cpu_seconds.h"
 #include "tests/support/fluid_fields.h"
 
 namespace archetide::test {
 namespace {
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double resident_bytes() {
   std::ifstream statm("/proc/self/statm");

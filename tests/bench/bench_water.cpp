@@ -3,15 +3,14 @@
 //   named)
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <string>
 
+#include "tests/support/cpu_seconds.h"
 #include "tests/support/water_cases.h"
 
 namespace archetide {
 namespace {
 
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 double percent(double value, double exact) { return 100.0 * (value / exact - 1.0); }
 
 void vortex() {

@@ -1,7 +1,5 @@
 #include "tests/scorecard/score.h"
 
-#include <sys/resource.h>
-
 #include <cstdio>
 #include <map>
 
@@ -25,17 +23,6 @@ ScoreRow score(std::string quantity, std::string resolution, double value, doubl
 ScoreRow known_miss(ScoreRow row, double measured_error, std::string reason) {
   row.known_error = measured_error, row.known_reason = std::move(reason);
   return row;
-}
-
-double CpuClock::now() {
-  double sum = 0.0;
-  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage use{};
-    getrusage(who, &use);
-    for (const timeval& t : {use.ru_utime, use.ru_stime})
-      sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
-  }
-  return sum;
 }
 
 std::string at_first_frequency(double omega) {

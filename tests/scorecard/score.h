@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/cpu_seconds.h"
+
 namespace archetide {
 
 /// One measured figure next to its reference.
@@ -43,11 +45,10 @@ ScoreRow known_miss(ScoreRow row, double measured_error, std::string reason);
 /// CPU seconds of this process and its children since `start` was taken.
 class CpuClock {
  public:
-  double seconds() const { return now() - start_; }
+  double seconds() const { return cpu_seconds() - start_; }
 
  private:
-  static double now();
-  double start_ = now();
+  double start_ = cpu_seconds();
 };
 
 /// Runs `work`, a function that returns a row, and notes its CPU seconds.

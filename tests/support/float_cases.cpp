@@ -18,18 +18,6 @@ int most_iterations(const StepReport& r, int before) {
   return std::max({before, r.position.iterations, r.velocity.iterations});
 }
 
-// Height of the water over the floor at (x, y), linear between cell centres, m.
-double water_height(const Grid& g, const Array3<double>& phi, double x, double y) {
-  double height = 0.0, last = interpolate(g, phi, Vec3(x, y, g.low()[2] + 0.5 * g.dx));
-  if (last >= 0.0) return 0.0;
-  for (double s = 0.75 * g.dx; s < g.high()[2] - g.low()[2]; s += 0.25 * g.dx) {
-    const double here = interpolate(g, phi, Vec3(x, y, g.low()[2] + s));
-    if (here >= 0.0) return s - 0.25 * g.dx * here / (here - last);
-    last = here, height = s;
-  }
-  return height;
-}
-
 TriMesh box_between(const Vec3& low, const Vec3& high) {
   TriMesh mesh = box_surface(high - low, 1);
   for (Vec3& x : mesh.vertices) x += 0.5 * (low + high);

@@ -26,4 +26,15 @@ void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, Flui
           state.u[a](i, j, k) = v(g.face_centre(a, i, j, k))[a];
 }
 
+double water_height(const Grid& g, const Array3<double>& phi, double x, double y) {
+  double height = 0.0, last = interpolate(g, phi, Vec3(x, y, g.low()[2] + 0.5 * g.dx));
+  if (last >= 0.0) return 0.0;
+  for (double s = 0.75 * g.dx; s < g.high()[2] - g.low()[2]; s += 0.25 * g.dx) {
+    const double here = interpolate(g, phi, Vec3(x, y, g.low()[2] + s));
+    if (here >= 0.0) return s - 0.25 * g.dx * here / (here - last);
+    last = here, height = s;
+  }
+  return height;
+}
+
 }  // namespace archetide

@@ -15,4 +15,8 @@ FluidState water_to(const Grid& g, double level);
 /// Sets the faces of `state` to the velocity field v, m/s.
 void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, FluidState& state);
 
+/// Height of the water over the floor at (x, y), up to the first air, m; linear between cell
+/// centres.
+double water_height(const Grid& g, const Array3<double>& phi, double x, double y);
+
 }  // namespace archetide

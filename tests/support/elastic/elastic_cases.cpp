@@ -1,26 +1,13 @@
 #include "tests/support/elastic/elastic_cases.h"
 
-#include <sys/resource.h>
-
 #include <cmath>
 
 #include "common/check.h"
+#include "tests/support/cpu_seconds.h"
 #include "tests/support/dry_body.h"
 
 namespace archetide {
 namespace {
-
-// Of this process and of the meshers' own ones, which have ended.
-double cpu_seconds() {
-  double sum = 0.0;
-  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage use;
-    getrusage(who, &use);
-    for (const timeval& t : {use.ru_utime, use.ru_stime})
-      sum += double(t.tv_sec) + 1e-6 * double(t.tv_usec);
-  }
-  return sum;
-}
 
 // The mode whose displacement is most along x.
 int axial_mode(const MatX& modes) {
