@@ -78,4 +78,16 @@ ClosestPoint::Hit ClosestPoint::find(const Vec3& x, double reach) const {
   return best;
 }
 
+Vec3 ClosestPoint::weights(const Hit& hit) const {
+  const Vec3i& t = surface_.triangles[hit.triangle];
+  const Vec3 &a = surface_.vertices[t[0]], &b = surface_.vertices[t[1]],
+             &c = surface_.vertices[t[2]], &x = hit.point;
+  const Vec3 normal = (b - a).cross(c - a);
+  const double area = normal.squaredNorm();
+  if (!(area > 0.0)) return Vec3::UnitX();
+  const double u = (b - x).cross(c - x).dot(normal) / area,
+               v = (c - x).cross(a - x).dot(normal) / area;
+  return Vec3(u, v, 1.0 - u - v);
+}
+
 }  // namespace archetide

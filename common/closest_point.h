@@ -18,6 +18,8 @@ class ClosestPoint {
   };
   /// The closest point nearer than `reach` (m).
   Hit find(const Vec3& x, double reach) const;
+  /// Weights of the corners of the triangle that was hit, at the point; sum 1.
+  Vec3 weights(const Hit& hit) const;
 
  private:
   struct Box {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "common/check.h"
@@ -40,15 +41,42 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   return w;
 }
 
-// Contact between bodies, if the scene has any that may touch.
+// Skins, met in place of the bodies under them; those of one kind share a shape.
+std::vector<ContactCover> contact_covers(const std::vector<SkinnedBodies>& skins,
+                                         const std::vector<ReducedBody>& bodies) {
+  std::map<const BoundSkin*, std::shared_ptr<const CoverShape>> known;
+  std::vector<ContactCover> covers;
+  for (const SkinnedBodies& skin : skins) {
+    std::shared_ptr<const CoverShape>& shape = known[skin.shape.get()];
+    if (!shape) {
+      const Skin& whole = *skin.shape->skin;
+      std::vector<std::shared_ptr<const Archetype>> parts;
+      for (const int b : skin.bodies) parts.push_back(bodies[b].archetype);
+      MatX weights(whole.surface.vertices.size(), parts.size());
+      for (Eigen::Index v = 0; v < weights.rows(); ++v)
+        for (Eigen::Index p = 0; p < weights.cols(); ++p)
+          weights(v, p) = whole.weight(static_cast<std::size_t>(v), static_cast<int>(p));
+      shape = cover_shape(whole.surface, weights, parts);
+    }
+    covers.push_back(
+        {skin.bodies, shape, [skin](const std::vector<ReducedBody>& at, std::vector<Vec3>& x) {
+           skin_points(
+               skin, [&](int b) -> const ReducedBody& { return at[b]; }, x);
+         }});
+  }
+  return covers;
+}
+
+// Contact between bodies, if the scene has any that may touch; of skins with walls in any case.
 std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
                                             const std::vector<ReducedBody>& bodies,
                                             const std::vector<TriMesh>& obstacles,
                                             const std::vector<Joint>& joints,
                                             const std::vector<SkinnedBodies>& skins) {
-  const bool alone = bodies.size() + obstacles.size() < 2;
-  if (!o.body_contact || bodies.empty() || alone) return nullptr;
   const bool has_tank = o.grid.cells() > 0;
+  const bool among = o.body_contact && bodies.size() + obstacles.size() >= 2;
+  const bool skins_at_walls = !skins.empty() && has_tank && o.wall_contact;
+  if (bodies.empty() || !(among || skins_at_walls)) return nullptr;
   Sides closed{};
   if (has_tank && o.wall_contact)
     for (int s = 0; s < 6; ++s) closed[s] = !o.open_side[s];
@@ -58,14 +86,17 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
     for (const ReducedBody& b : bodies) dx = std::min(dx, body_reach(*b.archetype).rest / 8.0);
   }
   BodyContactOptions c{o.restitution, o.friction, 1e-3 * dx, o.gravity.norm(), o.modal, {}};
+  c.search.each_other = among;
+  c.search.covers = contact_covers(skins, bodies);
   for (const Joint& joint : joints)
-    if (joint.b >= 0) c.apart.insert(std::minmax({joint.a, joint.b}));
+    if (joint.b >= 0) c.search.apart.insert(std::minmax({joint.a, joint.b}));
   for (const SkinnedBodies& skin : skins)
     for (const int a : skin.bodies)
       for (const int b : skin.bodies)
-        if (a < b) c.apart.insert({a, b});
+        if (a < b) c.search.apart.insert({a, b});
+  const std::vector<TriMesh> met = among ? obstacles : std::vector<TriMesh>();
   return std::make_unique<BodyContacts>(
-      c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, obstacles, 0.5 * dx));
+      c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, met, 0.5 * dx));
 }
 
 CouplingOptions coupling_options(const SimulationOptions& o) {
@@ -397,8 +428,8 @@ std::vector<double> Simulation::Impl::body_speeds() const {
   return speeds;
 }
 
-// Between the stages: bodies against each other, obstacles and walls. False when they sank into each
-// other and a shorter step may keep them apart.
+// Between the stages: bodies against each other, obstacles and walls. False when they sank into
+// each other and a shorter step may keep them apart.
 bool Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
   constexpr int kMostHalvings = 3;  // for that; an overlap is no failure
   take_back_pushes(ahead, reaction, dt, bodies);

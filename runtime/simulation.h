@@ -71,7 +71,7 @@ class Simulation {
   /// surfaces. `release`: when each body appears, s, ascending; empty: all at the start. `joints`
   /// of bodies that are there from the start; jointed bodies do not collide with each other, and
   /// the scheme must be kNewmark. `skins` of bodies that are there from the start; members of one
-  /// skin do not collide with each other, and with the rest as their own surfaces.
+  /// skin do not collide with each other; the rest meets the skin, walls as well.
   Simulation(SimulationOptions options, FluidState initial, std::vector<ReducedBody> bodies,
              std::vector<TriMesh> obstacles, std::vector<double> release = {},
              std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});

@@ -7,16 +7,6 @@
 namespace archetide {
 namespace {
 
-/// Weights of a triangle's corners at a point in its plane.
-Vec3 barycentric(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 normal = (b - a).cross(c - a);
-  const double area = normal.squaredNorm();
-  if (!(area > 0.0)) return Vec3::UnitX();
-  const double u = (b - x).cross(c - x).dot(normal) / area,
-               v = (c - x).cross(a - x).dot(normal) / area;
-  return Vec3(u, v, 1.0 - u - v);
-}
-
 SkinShare bind(const Skin& skin, int part, const Archetype& archetype) {
   SkinShare share;
   const TriMesh& surface = archetype.surface;
@@ -31,10 +21,8 @@ SkinShare bind(const Skin& skin, int part, const Archetype& archetype) {
     const Vec3 x = skin.surface.vertices[v] - archetype.centre;
     share.rest.push_back(x);
     const auto hit = nearest.find(x, std::numeric_limits<double>::infinity());
-    const Vec3i t = surface.triangles[hit.triangle];
-    share.corners.push_back(t);
-    share.bary.push_back(barycentric(hit.point, surface.vertices[t[0]], surface.vertices[t[1]],
-                                     surface.vertices[t[2]]));
+    share.corners.push_back(surface.triangles[hit.triangle]);
+    share.bary.push_back(nearest.weights(hit));
   }
   share.modes.resize(3 * static_cast<long>(share.rest.size()), archetype.r());
   for (std::size_t k = 0; k < share.rest.size(); ++k) {

@@ -105,16 +105,27 @@ std::vector<Vec3> contact_impulses(const std::vector<BodyContact>& contacts,
 BodyContacts::BodyContacts(const BodyContactOptions& options,
                            const std::vector<ReducedBody>& bodies, Surroundings surroundings)
     : options_(options), surroundings_(std::move(surroundings)) {
-  for (const ReducedBody& body : bodies) shapes_.push_back(&library_.of(body));
+  shapes_.resize(bodies.size(), nullptr);
+  for (const ContactCover& cover : options_.search.covers)
+    for (std::size_t k = 0; k < cover.bodies.size(); ++k)
+      shapes_[cover.bodies[k]] = cover.shape->shapes[k].get();
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (!shapes_[b]) shapes_[b] = &library_.of(bodies[b]);
 }
 
 std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodies,
                                             const std::vector<double>& speed, double dt,
                                             const ContactForces& before) const {
+  std::vector<double> fastest = speed;
+  for (const ContactCover& cover : options_.search.covers) {
+    double most = 0.0;  // a point of a cover is no faster than what moves it
+    for (const int b : cover.bodies) most = std::max(most, speed[b]);
+    for (const int b : cover.bodies) fastest[b] = most;
+  }
   std::vector<double> margin;
-  for (const double v : speed)
+  for (const double v : fastest)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
-  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.apart);
+  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search);
 }
 
 double BodyContacts::resting_speed(double dt) const {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "runtime/contact/contact_search.h"
@@ -15,7 +13,7 @@ struct BodyContactOptions {
   double tolerance = 0.0;    // m; closer points touch
   double gravity = 0.0;      // m/s^2
   ModalOptions modal;
-  std::set<std::pair<int, int>> apart;  // pairs (a < b) that do not meet: jointed bodies
+  SearchOptions search;  // jointed bodies do not meet; skins
 };
 
 /// Contacts that a stage of the step holds, their least separating speeds, and what they pushed.

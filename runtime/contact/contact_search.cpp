@@ -47,6 +47,44 @@ std::vector<std::pair<int, int>> overlapping_pairs(const std::vector<Box>& boxes
   return pairs;
 }
 
+/// Where the covers of wanted bodies are; all bodies under such a cover become wanted.
+class CoverPoints {
+ public:
+  CoverPoints(const std::vector<ContactCover>& covers, const std::vector<ReducedBody>& bodies,
+              std::vector<char>& wanted)
+      : points_(covers.size()), of_(bodies.size(), nullptr) {
+    for (std::size_t c = 0; c < covers.size(); ++c) {
+      const std::vector<int>& under = covers[c].bodies;
+      if (std::none_of(under.begin(), under.end(), [&](int b) { return wanted[b] != 0; })) continue;
+      covers[c].points(bodies, points_[c]);
+      for (const int b : under) of_[b] = &points_[c], wanted[b] = 1;
+    }
+  }
+  CoverPoints(const CoverPoints&) = delete;
+  CoverPoints& operator=(const CoverPoints&) = delete;
+  const std::vector<Vec3>* of(std::size_t body) const { return of_[body]; }
+
+ private:
+  std::vector<std::vector<Vec3>> points_;
+  std::vector<const std::vector<Vec3>*> of_;
+};
+
+/// Per body, its share of its cover, or null.
+std::vector<std::unique_ptr<TouchedSolid>> covered_solids(
+    const std::vector<ContactCover>& covers,
+    const std::vector<std::unique_ptr<DeformedBody>>& deformed) {
+  std::vector<std::unique_ptr<TouchedSolid>> solids(deformed.size());
+  for (const ContactCover& cover : covers) {
+    std::vector<const DeformedBody*> under;
+    for (const int b : cover.bodies) under.push_back(deformed[b].get());
+    if (under.empty() || !under.front()) continue;
+    for (std::size_t p = 0; p < under.size(); ++p)
+      solids[cover.bodies[p]] =
+          std::make_unique<CoveredSolid>(*cover.shape, under, static_cast<int>(p));
+  }
+  return solids;
+}
+
 /// Samples of body a against one solid.
 struct Task {
   int a, b;
@@ -254,29 +292,36 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
-                                       const ContactForces& before,
-                                       const std::set<std::pair<int, int>>& apart) {
+                                       const ContactForces& before, const SearchOptions& options) {
   // who may meet whom: bounding balls
   std::vector<Box> boxes;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
   std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
-  if (!apart.empty()) std::erase_if(near, [&](const auto& pair) { return apart.count(pair) > 0; });
+  std::erase_if(
+      near, [&](const auto& pair) { return !options.each_other || options.apart.count(pair) > 0; });
   std::vector<char> wanted(bodies.size(), 0);
   for (const auto& [i, j] : near) wanted[i] = wanted[j] = 1;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     for (const Surroundings::Item& item : surroundings.items())
       if (overlap(boxes[b], {item.low, item.high})) wanted[b] = 1;
 
+  const CoverPoints covers(options.covers, bodies, wanted);
+
   // their surfaces, and again with the boxes of these
   std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
 #pragma omp parallel for schedule(dynamic) if (near.size() > kParallelFrom)
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (!wanted[b]) continue;
-    deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b]);
+    deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b], covers.of(b));
     boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
                 deformed[b]->high() + Vec3::Constant(margin[b])};
   }
+  const std::vector<std::unique_ptr<TouchedSolid>> covered =
+      covered_solids(options.covers, deformed);
+  const auto solid = [&](int b) {
+    return covered[b] ? covered[b].get() : static_cast<const TouchedSolid*>(deformed[b].get());
+  };
   std::vector<BodyContact> contacts;
   std::vector<Task> tasks;
   for (const auto& [i, j] : near) {
@@ -286,8 +331,8 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
           centre_contact(bodies, i, j, std::min(shapes[i]->reach.rest, shapes[j]->reach.rest)));
       continue;
     }
-    tasks.push_back({i, j, deformed[j].get(), margin[i] + margin[j]});
-    tasks.push_back({j, i, deformed[i].get(), margin[i] + margin[j]});
+    tasks.push_back({i, j, solid(j), margin[i] + margin[j]});
+    tasks.push_back({j, i, solid(i), margin[i] + margin[j]});
   }
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
     for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -60,17 +61,30 @@ class ShapeLibrary {
   std::map<const Archetype*, std::shared_ptr<const ContactShape>> shapes_;
 };
 
+/// A cover of a scene.
+struct ContactCover {
+  std::vector<int> bodies;  // under it
+  std::shared_ptr<const CoverShape> shape;
+  /// Where its vertices are with the bodies as they stand, world, m.
+  std::function<void(const std::vector<ReducedBody>&, std::vector<Vec3>&)> points;
+};
+
+struct SearchOptions {
+  bool each_other = true;               // false: the surroundings alone
+  std::set<std::pair<int, int>> apart;  // pairs (i < j) that are not looked at
+  std::vector<ContactCover> covers;
+};
+
 /// Contacts whose gap is below the pair's margin, thinned out to the support of every patch
 /// where surfaces face each other, and to points that carried load in the last step. In a fixed
 /// order.
-/// `margin`: one per body, m: what it may move until the contacts are looked for again. `apart`:
-/// pairs (i < j) that are not looked at.
+/// `margin`: one per body, m: what it may move until the contacts are looked for again.
 std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before,
-                                       const std::set<std::pair<int, int>>& apart = {});
+                                       const SearchOptions& options = {});
 inline constexpr int kMaxContacts = 40;  // of an ordered pair
 
 }  // namespace archetide

@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "common/closest_point.h"
 #include "common/mesh_sdf.h"
 
 namespace archetide {
@@ -15,6 +16,8 @@ constexpr int kSamplesAcross = 12;  // samples along a bounding radius, at least
 constexpr int kClusterSize = 32;    // samples
 constexpr int kLatticeCells = 20;   // along the longest side
 constexpr int kNeighbours = 16;     // vertices of a lattice node's fit
+constexpr int kCoverCells = 96;     // of a cover's distances, along its longest side ..
+constexpr int kWeightCells = 32;    // .. and of its weights
 constexpr double kFarthestFit =
     2.5;  // lattice cells that a linear fit is trusted beyond its points
 
@@ -134,37 +137,41 @@ std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacin
   return samples;
 }
 
-ModeLattice mode_lattice(const Archetype& archetype, int cells) {
-  const std::vector<Vec3>& vertices = archetype.surface.vertices;
-  ModeLattice lattice;
-  Vec3 low = vertices[0], high = low;
-  for (const Vec3& x : vertices) {
+Lattice lattice_around(const TriMesh& surface, int cells) {
+  Vec3 low = surface.vertices[0], high = low;
+  for (const Vec3& x : surface.vertices) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
+  Lattice lattice;
   lattice.spacing = (high - low).maxCoeff() / cells;
   lattice.origin = low - 2.0 * lattice.spacing * Vec3::Ones();
   lattice.nodes =
       ((high - low) / lattice.spacing + Vec3::Constant(5.0 - 1e-9)).array().ceil().cast<int>();
+  return lattice;
+}
+
+ModeLattice mode_lattice(const Archetype& archetype, int cells) {
+  const std::vector<Vec3>& vertices = archetype.surface.vertices;
+  ModeLattice lattice{lattice_around(archetype.surface, cells), {}};
   const long r = archetype.r();
   lattice.modes.resize(3L * lattice.nodes.prod(), r);
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < lattice.nodes[2]; ++k)
     for (int j = 0; j < lattice.nodes[1]; ++j)
       for (int i = 0; i < lattice.nodes[0]; ++i) {
-        const Vec3 x = lattice.origin + lattice.spacing * Vec3(i, j, k);
+        const Vec3 x = lattice.place(i, j, k);
         const std::vector<int> nearest = nearest_vertices(vertices, x, kNeighbours);
         const VecX w = fit_weights(vertices, nearest, x, lattice.spacing);
-        const long n = i + static_cast<long>(lattice.nodes[0]) * (j + lattice.nodes[1] * k);
         MatX sum = MatX::Zero(3, r);
         for (long m = 0; m < w.size(); ++m)
           sum += w[m] * archetype.surface_modes.middleRows<3>(3L * nearest[m]);
-        lattice.modes.middleRows<3>(3 * n) = sum;
+        lattice.modes.middleRows<3>(3 * lattice.index(i, j, k)) = sum;
       }
   return lattice;
 }
 
-ModeLattice::Stencil ModeLattice::stencil(const Vec3& x) const {
+Lattice::Stencil Lattice::stencil(const Vec3& x) const {
   int base[3];
   double s[3], rate[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -200,6 +207,90 @@ std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetyp
   if (archetype->r() > 0) shape->lattice = mode_lattice(*archetype, kLatticeCells);
   shape->archetype = std::move(archetype);
   return shape;
+}
+
+namespace {
+
+/// The body that moves a sample of a cover most.
+std::size_t mover(const SurfaceSample& s, const MatX& weights) {
+  VecX share = VecX::Zero(weights.cols());
+  for (int c = 0; c < 3; ++c) share += s.weights[c] * weights.row(s.vertices[c]).transpose();
+  Eigen::Index most = 0;
+  share.maxCoeff(&most);
+  return static_cast<std::size_t>(most);
+}
+
+/// Weights of the cover's nearest point at the nodes of a lattice, bodies x nodes.
+MatX weights_around(const TriMesh& cover, const MatX& weights, const Lattice& lattice) {
+  const ClosestPoint nearest(cover);
+  MatX out(weights.cols(), lattice.nodes.prod());
+#pragma omp parallel for schedule(dynamic)
+  for (int k = 0; k < lattice.nodes[2]; ++k)
+    for (int j = 0; j < lattice.nodes[1]; ++j)
+      for (int i = 0; i < lattice.nodes[0]; ++i) {
+        const ClosestPoint::Hit hit = nearest.find(lattice.place(i, j, k), INFINITY);
+        const Vec3i& t = cover.triangles[hit.triangle];
+        const Vec3 w = nearest.weights(hit);
+        out.col(lattice.index(i, j, k)) =
+            (w[0] * weights.row(t[0]) + w[1] * weights.row(t[1]) + w[2] * weights.row(t[2]))
+                .transpose();
+      }
+  return out;
+}
+
+/// A body with these samples of its cover, whose surface is `cover`.
+std::shared_ptr<const ContactShape> covered_shape(std::shared_ptr<const Archetype> archetype,
+                                                  const TriMesh& cover,
+                                                  std::vector<SurfaceSample> samples,
+                                                  double spacing) {
+  auto shape = std::make_shared<ContactShape>(*contact_shape(archetype));
+  const TriMesh& surface = archetype->surface;
+  const ClosestPoint nearest(surface);
+  shape->spacing = spacing;
+  for (SurfaceSample& s : samples) {
+    const Vec3 x = rest_place(cover, s) - archetype->centre;
+    const ClosestPoint::Hit hit = nearest.find(x, INFINITY);
+    s.order = static_cast<int>(shape->places.size());
+    shape->places.push_back({s.vertices, s.weights, x - hit.point});
+    s.vertices = surface.triangles[hit.triangle], s.weights = nearest.weights(hit);
+    shape->reach.rest = std::max(shape->reach.rest, x.norm());
+  }
+  shape->samples = std::move(samples);
+  shape->clusters.clear();
+  cluster(surface, shape->samples, 0, static_cast<int>(shape->samples.size()), shape->clusters);
+  return shape;
+}
+
+}  // namespace
+
+std::shared_ptr<const CoverShape> cover_shape(
+    const TriMesh& surface, const MatX& weights,
+    const std::vector<std::shared_ptr<const Archetype>>& bodies) {
+  auto cover = std::make_shared<CoverShape>();
+  cover->distance = sample_distance(surface, {.cells = kCoverCells});
+  cover->lattice = lattice_around(surface, kWeightCells);
+  cover->weights = weights_around(surface, weights, cover->lattice);
+  double spacing = INFINITY;
+  for (const auto& body : bodies)
+    spacing = std::min(spacing, body_reach(*body).rest / kSamplesAcross);
+  std::vector<std::vector<SurfaceSample>> samples(bodies.size());
+  for (const SurfaceSample& s : surface_samples(surface, spacing))
+    samples[mover(s, weights)].push_back(s);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    cover->centres.push_back(bodies[b]->centre);
+    // a body that moves nothing most is met as it is
+    cover->shapes.push_back(samples[b].empty()
+                                ? contact_shape(bodies[b])
+                                : covered_shape(bodies[b], surface, samples[b], spacing));
+  }
+  return cover;
+}
+
+VecX CoverShape::weights_at(const Vec3& x) const {
+  const Lattice::Stencil s = lattice.stencil(x);
+  VecX w = VecX::Zero(weights.rows());
+  for (int c = 0; c < 8; ++c) w += s.weight[c] * weights.col(s.node[c]);
+  return w;
 }
 
 }  // namespace archetide

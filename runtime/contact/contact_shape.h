@@ -17,19 +17,28 @@ struct SurfaceSample {
   int order = 0;                 // vertices first: of equally deep samples the lower one is kept
 };
 
+/// Where a sample of a body under a cover is.
+struct CoverPlace {
+  Vec3i vertices = Vec3i::Zero();  // of the cover
+  Vec3 weights = Vec3::UnitX();    // sum 1
+  Vec3 offset = Vec3::Zero();      // at rest, from the body's nearest point, body frame, m
+};
+
 /// Samples that lie close together, so that many are dismissed at once.
 struct SampleCluster {
   int begin = 0, end = 0;  // of ContactShape::samples
 };
 
-/// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place
-/// in space back to the rest shape at a cost that knows neither the tets nor the surface.
-struct ModeLattice {
+/// Nodes in a box, x fastest.
+struct Lattice {
   Vec3 origin = Vec3::Zero();  // of node (0, 0, 0), m
   double spacing = 0.0;        // m
   Vec3i nodes = Vec3i::Zero();
-  MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis, x fastest
 
+  Vec3 place(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
+  long index(int i, int j, int k) const {
+    return i + static_cast<long>(nodes[0]) * (j + static_cast<long>(nodes[1]) * k);
+  }
   /// The eight nodes around a place and their trilinear weights (the place is clamped to the box).
   struct Stencil {
     int node[8];
@@ -39,20 +48,51 @@ struct ModeLattice {
   Stencil stencil(const Vec3& x) const;
 };
 
-/// What contact needs to know of an archetype, derived once and shared by its instances.
+/// Around a surface, `cells` along its longest side and two beyond each side.
+Lattice lattice_around(const TriMesh& surface, int cells);
+
+/// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place
+/// in space back to the rest shape at a cost that knows neither the tets nor the surface.
+struct ModeLattice : Lattice {
+  MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis
+};
+
+/// What contact needs to know of an archetype, derived once and shared by its instances. The
+/// samples of a body under a cover lie on the cover, where it moves most with this body; they move
+/// with the body's nearest point.
 struct ContactShape {
   std::shared_ptr<const Archetype> archetype;
   GridSdf sampled;  // used where the archetype stores no distances
   std::vector<SurfaceSample> samples;
+  std::vector<CoverPlace> places;  // by SurfaceSample::order; empty without a cover
   std::vector<SampleCluster> clusters;
   ModeLattice lattice;   // empty without modes
   double spacing = 0.0;  // m, largest distance of neighbouring samples on edges and faces
   BodyReach reach;
 
+  bool covered() const { return !places.empty(); }
   const GridSdf& sdf() const { return archetype->sdf.values.empty() ? sampled : archetype->sdf; }
 };
 
 std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype);
+
+/// A closed surface over several bodies that were cut out of it (a skin), met by contact in place
+/// of theirs. Shared by all instances.
+struct CoverShape {
+  GridSdf distance;                                         // at rest, coordinates of the whole
+  Lattice lattice;                                          // of ..
+  MatX weights;                                             // .. bodies x nodes.prod(), sum 1
+  std::vector<Vec3> centres;                                // of the bodies' rest frames, m
+  std::vector<std::shared_ptr<const ContactShape>> shapes;  // of the bodies
+
+  /// How much of the motion at a place of the whole is each body's.
+  VecX weights_at(const Vec3& x) const;
+};
+/// `surface`: m, in coordinates in which each body's rest frame begins at its archetype's centre.
+/// `weights`: n x bodies, how much of each vertex's motion is a body's, sum 1.
+std::shared_ptr<const CoverShape> cover_shape(
+    const TriMesh& surface, const MatX& weights,
+    const std::vector<std::shared_ptr<const Archetype>>& bodies);
 
 /// Vertices first, then points on edges longer than `spacing` and in faces of such edges.
 std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacing);

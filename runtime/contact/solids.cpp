@@ -55,7 +55,8 @@ bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
   return at.gap <= within;
 }
 
-DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
+DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
+                           const std::vector<Vec3>* cover)
     : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
   const ShapeCorrection shape_now = shape_correction(body, body.q);
   scale_ = shape_now.s;
@@ -63,9 +64,19 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape)
   std::vector<Vec3> points;
   surface_points(body, points);
   samples_.reserve(shape.samples.size());
-  for (const SurfaceSample& s : shape.samples)
-    samples_.push_back(s.weights[0] * points[s.vertices[0]] + s.weights[1] * points[s.vertices[1]] +
-                       s.weights[2] * points[s.vertices[2]]);
+  const auto mean = [](const std::vector<Vec3>& x, const Vec3i& v, const Vec3& w) {
+    return Vec3(w[0] * x[v[0]] + w[1] * x[v[1]] + w[2] * x[v[2]]);
+  };
+  for (const SurfaceSample& s : shape.samples) {
+    Vec3 x = mean(points, s.vertices, s.weights);
+    if (cover && shape.covered()) {
+      const CoverPlace& place = shape.places[s.order];
+      const Vec3 alone = x + R_ * place.offset;
+      x = mean(*cover, place.vertices, place.weights);
+      cover_shift_ = std::max(cover_shift_, (x - alone).norm());
+    }
+    samples_.push_back(x);
+  }
   low_ = high_ = samples_[0];
   for (const SampleCluster& c : shape.clusters) {
     Vec3 low = samples_[c.begin], high = low;
@@ -120,17 +131,60 @@ bool DeformedBody::undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const {
   return (y - rest - displacement(rest)).norm() < 0.1 * shape_->sdf().spacing;
 }
 
-bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
-  Vec3 rest = unscaled(x);
-  Mat3 stretch = Mat3::Identity();
+bool DeformedBody::to_rest(const Vec3& x, Vec3& rest, Mat3& stretch) const {
+  rest = unscaled(x);
+  stretch = Mat3::Identity();
   if (lattice_.size() > 0 && !undeform(Vec3(rest), rest, stretch)) return false;
+  stretch = R_ * stretch;
+  return true;
+}
+
+bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
+  Vec3 rest;
+  Mat3 stretch;
+  if (!to_rest(x, rest, stretch)) return false;
   const double distance = shape_->sdf().value(rest);
   if (scale_ * distance > kLargestSlope * within) return false;
-  // grad_y phi(X(y)) = (1 + du/dX)^-T grad phi
-  Vec3 g = smooth_gradient(shape_->sdf(), rest);
-  if (lattice_.size() > 0) g = stretch.transpose().inverse() * g;
+  // grad_y phi(X(y)) = (R (1 + du/dX))^-T grad phi
+  const Vec3 g = stretch.transpose().inverse() * smooth_gradient(shape_->sdf(), rest);
   const double slope = std::max(g.norm(), 1e-12);
-  at = {scale_ * distance / std::clamp(slope, kLeastSlope, kLargestSlope), R_ * (g / slope), rest};
+  at = {scale_ * distance / std::clamp(slope, kLeastSlope, kLargestSlope), g / slope, rest};
+  return at.gap <= within;
+}
+
+double CoveredSolid::least_gap(const Vec3& x) const {
+  const DeformedBody& body = *bodies_[part_];
+  const Vec3 place = body.unscaled(x) + cover_.centres[part_];
+  return body.scale() * (cover_.distance.value(place) - body.largest_shift()) - body.cover_shift();
+}
+
+bool CoveredSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
+  constexpr double kAlike = 1e-3, kLittle = 1e-2;  // differences of weights; weights
+  Vec3 rest;
+  Mat3 stretch;
+  if (!bodies_[part_]->to_rest(x, rest, stretch)) return false;
+  const Vec3 here = rest + cover_.centres[part_];
+  const VecX weights = cover_.weights_at(here);
+  if (weights[part_] < weights.maxCoeff() - kAlike) return false;  // another body's
+
+  Vec3 place = weights[part_] * here;
+  MatX back = weights[part_] * stretch.transpose().inverse();
+  double sum = weights[part_];
+  for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
+    Vec3 other;
+    Mat3 its;
+    if (b == part_ || weights[b] < kLittle || !bodies_[b]->to_rest(x, other, its)) continue;
+    place += weights[b] * (other + cover_.centres[b]);
+    back += weights[b] * its.transpose().inverse();
+    sum += weights[b];
+  }
+  place /= sum, back /= sum;
+  const double scale = bodies_[part_]->scale();
+  const double distance = cover_.distance.value(place);
+  if (scale * distance > kLargestSlope * within) return false;
+  const Vec3 g = back * smooth_gradient(cover_.distance, place);
+  const double slope = std::max(g.norm(), 1e-12);
+  at = {scale * distance / std::clamp(slope, kLeastSlope, kLargestSlope), g / slope, rest};
   return at.gap <= within;
 }
 

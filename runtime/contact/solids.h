@@ -58,7 +58,9 @@ class StaticSolid : public TouchedSolid {
 /// set-up, and nothing that outlives the search.
 class DeformedBody : public TouchedSolid {
  public:
-  DeformedBody(const ReducedBody& body, const ContactShape& shape);
+  /// `cover`: where the vertices of the body's cover are, world, m; null without one.
+  DeformedBody(const ReducedBody& body, const ContactShape& shape,
+               const std::vector<Vec3>* cover = nullptr);
 
   const ContactShape& shape() const { return *shape_; }
   const Vec3& centre() const { return centre_; }
@@ -75,9 +77,19 @@ class DeformedBody : public TouchedSolid {
   double least_gap(const Vec3& x) const override;
   bool locate(const Vec3& x, double within, SolidPoint& at) const override;
 
- private:
+  /// The place X of the rest shape that is at x, s (1 + du/dX) there turned to the world, and
+  /// whether there is one.
+  bool to_rest(const Vec3& x, Vec3& rest, Mat3& stretch) const;
+  /// How far X can be from where a rigid motion without modes would put it, m.
+  double largest_shift() const { return largest_shift_; }
+  /// How far the cover is from where this body alone would move its samples, m.
+  double cover_shift() const { return cover_shift_; }
+  double scale() const { return scale_; }
+
   /// X + u(X) at x: body frame, without the correction of the shape.
   Vec3 unscaled(const Vec3& x) const { return R_.transpose() * (x - middle_) / scale_; }
+
+ private:
   bool undeform(const Vec3& y, Vec3& rest, Mat3& stretch) const;
   Vec3 displacement(const Vec3& rest) const;
   Mat3 displacement_gradient(const Vec3& rest) const;
@@ -90,8 +102,24 @@ class DeformedBody : public TouchedSolid {
   std::vector<Vec3> samples_;
   std::vector<Ball> balls_;
   Vec3 low_, high_;
-  VecX lattice_;                // 3 x nodes, displacement in the body frame, m
-  double largest_shift_ = 0.0;  // m
+  VecX lattice_;                                    // 3 x nodes, displacement in the body frame, m
+  double largest_shift_ = 0.0, cover_shift_ = 0.0;  // m
+};
+
+/// One body's share of a cover: the places whose motion is mostly this body's. A place x of space
+/// is that place of the whole, X = sum w_b(X) X_b(x), with X_b what body b alone would say.
+class CoveredSolid : public TouchedSolid {
+ public:
+  /// `bodies`: all under the cover; `part`: which of them this is. They must outlive it.
+  CoveredSolid(const CoverShape& cover, std::vector<const DeformedBody*> bodies, int part)
+      : cover_(cover), bodies_(std::move(bodies)), part_(part) {}
+  double least_gap(const Vec3& x) const override;
+  bool locate(const Vec3& x, double within, SolidPoint& at) const override;
+
+ private:
+  const CoverShape& cover_;
+  std::vector<const DeformedBody*> bodies_;
+  int part_;
 };
 
 /// Modes of the body at a place of its rest shape, 3 x r, body frame.
