@@ -8,6 +8,7 @@
 
 #include "runtime/simulation.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/momenta.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
@@ -287,8 +288,7 @@ TEST(JointedSoftBodies, KeepMomentumInVacuum) {
   SimulationOptions o;
   o.gravity.setZero();
   Simulation s(o, FluidState(), bodies, {}, {}, joints);
-  Vec3 P = Vec3::Zero(), L = Vec3::Zero();
-  for (const ReducedBody& b : bodies) P += b.P, L += b.L + b.position.cross(b.P);
+  const auto [P, L] = momenta_of(bodies);
   double drift = 0.0, P_error = 0.0, L_error = 0.0;
   for (int n = 0; n < 500; ++n) {
     const StepReport r = s.step(0.005);

@@ -2,41 +2,26 @@
 // (far from the limit, and where every tet is looked at) and the bytes of an instance, for
 // archetypes of different meshes.
 //   bench_body_step MODES ARCHETYPE.h5 ...
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 #include "common/input_error.h"
 #include "runtime/solid/inversion_limit.h"
+#include "tests/support/best_time.h"
 #include "tests/support/dry_body.h"
 
 namespace archetide {
 namespace {
 
-// Best of several batches, microseconds each.
-template <class Work>
-double microseconds(int times, const Work& work) {
-  using Clock = std::chrono::steady_clock;
-  constexpr int kBatches = 20;
-  double best = INFINITY;
-  for (int batch = 0; batch < kBatches; ++batch) {
-    const auto start = Clock::now();
-    work(times);
-    best = std::min(
-        best, std::chrono::duration<double, std::micro>(Clock::now() - start).count() / times);
-  }
-  return best;
-}
-
 // The state does not matter, nor may the mesh.
 double microseconds_per_step(ReducedBody body) {
-  return microseconds(500, [&](int steps) { dry_steps(body, steps, 1e-3, {}); });
+  return best_microseconds(500, [&](int steps) { dry_steps(body, steps, 1e-3, {}); });
 }
 
 double microseconds_per_test(const InversionLimit& limit, const VecX& q) {
   double sum = 0.0;
-  const double each = microseconds(limit.surely_holds(q) ? 10000 : 5, [&](int times) {
+  const double each = best_microseconds(limit.surely_holds(q) ? 10000 : 5, [&](int times) {
     for (int n = 0; n < times; ++n) sum += limit.allowed_share(q);
   });
   return std::isfinite(sum) ? each : NAN;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/hard/hard_case.h"
+#include "tests/support/momenta.h"
 
 namespace archetide {
 namespace {
@@ -277,13 +278,12 @@ struct MomentumError {
   double linear = 0.0, angular = 0.0;
 };
 MomentumError momentum_error(const StepReport& now, const std::vector<ReducedBody>& start) {
-  Vec3 P = Vec3::Zero(), J = Vec3::Zero();
-  double sum_P = 0.0, sum_J = 0.0;
-  for (const ReducedBody& b : start) {
-    P += b.P, J += b.L + b.position.cross(b.P);
-    sum_P += b.P.norm(), sum_J += b.position.cross(b.P).norm() + b.L.norm();
-  }
-  return {(now.body_momentum - P).norm() / sum_P, (now.body_angular_momentum - J).norm() / sum_J};
+  const Momenta then = momenta_of(start);
+  double sum_P = 0.0, sum_L = 0.0;
+  for (const ReducedBody& b : start)
+    sum_P += b.P.norm(), sum_L += b.position.cross(b.P).norm() + b.L.norm();
+  return {(now.body_momentum - then.P).norm() / sum_P,
+          (now.body_angular_momentum - then.L).norm() / sum_L};
 }
 
 /// Steps of 0.01 s in vacuum; momenta must stay to round-off after every one.

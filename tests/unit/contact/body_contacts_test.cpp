@@ -6,22 +6,11 @@
 #include <cmath>
 
 #include "tests/support/dry_body.h"
+#include "tests/support/momenta.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
 namespace {
-
-Vec3 total_momentum(const std::vector<ReducedBody>& bodies) {
-  Vec3 P = Vec3::Zero();
-  for (const ReducedBody& b : bodies) P += b.P;
-  return P;
-}
-
-Vec3 total_angular_momentum(const std::vector<ReducedBody>& bodies) {
-  Vec3 L = Vec3::Zero();
-  for (const ReducedBody& b : bodies) L += b.L + b.position.cross(b.P);
-  return L;
-}
 
 BodyContactOptions frictional(double restitution) {
   BodyContactOptions o;
@@ -107,9 +96,9 @@ TEST_P(Impact, KeepsMomentumAndAddsNoEnergy) {
   const double gained = (bodies[0].P - before[0].P).norm();
   EXPECT_GT(gained, 1.0);
   // action and reaction: round-off of the sums
-  EXPECT_LE((total_momentum(bodies) - total_momentum(before)).norm(), 1e-14 * gained);
-  EXPECT_LE((total_angular_momentum(bodies) - total_angular_momentum(before)).norm(),
-            1e-14 * gained);
+  const Momenta now = momenta_of(bodies), then = momenta_of(before);
+  EXPECT_LE((now.P - then.P).norm(), 1e-14 * gained);
+  EXPECT_LE((now.L - then.L).norm(), 1e-14 * gained);
   double energy = 0.0, energy_before = 0.0;
   for (const ReducedBody& b : bodies) energy += kinetic_energy(b) + elastic_energy(b);
   for (const ReducedBody& b : before) energy_before += kinetic_energy(b) + elastic_energy(b);
