@@ -137,13 +137,13 @@ std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacin
   return samples;
 }
 
-Lattice lattice_around(const TriMesh& surface, int cells) {
+BoxLattice lattice_around(const TriMesh& surface, int cells) {
   Vec3 low = surface.vertices[0], high = low;
   for (const Vec3& x : surface.vertices) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
-  Lattice lattice;
+  BoxLattice lattice;
   lattice.spacing = (high - low).maxCoeff() / cells;
   lattice.origin = low - 2.0 * lattice.spacing * Vec3::Ones();
   lattice.nodes =
@@ -171,7 +171,7 @@ ModeLattice mode_lattice(const Archetype& archetype, int cells) {
   return lattice;
 }
 
-Lattice::Stencil Lattice::stencil(const Vec3& x) const {
+BoxLattice::Stencil BoxLattice::stencil(const Vec3& x) const {
   int base[3];
   double s[3], rate[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -221,7 +221,7 @@ std::size_t mover(const SurfaceSample& s, const MatX& weights) {
 }
 
 /// Weights of the cover's nearest point at the nodes of a lattice, bodies x nodes.
-MatX weights_around(const TriMesh& cover, const MatX& weights, const Lattice& lattice) {
+MatX weights_around(const TriMesh& cover, const MatX& weights, const BoxLattice& lattice) {
   const ClosestPoint nearest(cover);
   MatX out(weights.cols(), lattice.nodes.prod());
 #pragma omp parallel for schedule(dynamic)
@@ -287,7 +287,7 @@ std::shared_ptr<const CoverShape> cover_shape(
 }
 
 VecX CoverShape::weights_at(const Vec3& x) const {
-  const Lattice::Stencil s = lattice.stencil(x);
+  const BoxLattice::Stencil s = lattice.stencil(x);
   VecX w = VecX::Zero(weights.rows());
   for (int c = 0; c < 8; ++c) w += s.weight[c] * weights.col(s.node[c]);
   return w;

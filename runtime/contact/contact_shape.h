@@ -30,7 +30,7 @@ struct SampleCluster {
 };
 
 /// Nodes in a box, x fastest.
-struct Lattice {
+struct BoxLattice {
   Vec3 origin = Vec3::Zero();  // of node (0, 0, 0), m
   double spacing = 0.0;        // m
   Vec3i nodes = Vec3i::Zero();
@@ -49,11 +49,11 @@ struct Lattice {
 };
 
 /// Around a surface, `cells` along its longest side and two beyond each side.
-Lattice lattice_around(const TriMesh& surface, int cells);
+BoxLattice lattice_around(const TriMesh& surface, int cells);
 
 /// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place
 /// in space back to the rest shape at a cost that knows neither the tets nor the surface.
-struct ModeLattice : Lattice {
+struct ModeLattice : BoxLattice {
   MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis
 };
 
@@ -80,7 +80,7 @@ std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetyp
 /// of theirs. Shared by all instances.
 struct CoverShape {
   GridSdf distance;                                         // at rest, coordinates of the whole
-  Lattice lattice;                                          // of ..
+  BoxLattice lattice;                                       // of ..
   MatX weights;                                             // .. bodies x nodes.prod(), sum 1
   std::vector<Vec3> centres;                                // of the bodies' rest frames, m
   std::vector<std::shared_ptr<const ContactShape>> shapes;  // of the bodies

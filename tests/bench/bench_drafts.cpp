@@ -17,9 +17,13 @@ namespace archetide {
 namespace {
 
 struct Sample {
-  double t, dt, level;                 // s, s, m (calm)
-  std::vector<double> height, around;  // of each body's centre and of the water around it, m
+  double t, dt, level;         // s, s, m (calm)
+  std::vector<double> height;  // of each body's centre, m
+  std::vector<double> around;  // of the surface around floating ones, m
 };
+
+bool floats(double ratio) { return ratio < 0.999; }
+bool is_neutral(double ratio) { return std::abs(ratio - 1.0) < 1e-3; }
 
 // Mean height of the water on a circle of two radii about the body, m.
 double level_around(const Simulation& simulation, const Vec3& centre, double radius) {
@@ -32,6 +36,26 @@ double level_around(const Simulation& simulation, const Vec3& centre, double rad
                         centre[1] + 2.0 * radius * std::sin(angle));
   }
   return g.low()[2] + sum / kPoints;
+}
+
+// Mean velocity of the water on a sphere of one and a half radii about the body, m/s: for a flow
+// without rotation and the dipole that a body adds to it, the velocity that the water would have at
+// the centre without the body.
+Vec3 velocity_around(const Simulation& simulation, const Vec3& centre, double radius) {
+  constexpr int kPoints = 200;
+  const Grid& g = simulation.options().grid;
+  Vec3 sum = Vec3::Zero();
+  int wet = 0;
+  for (int n = 0; n < kPoints; ++n) {
+    const double z = 1.0 - (2.0 * n + 1.0) / kPoints, angle = n * M_PI * (3.0 - std::sqrt(5.0));
+    const double across = std::sqrt(1.0 - z * z);
+    const Vec3 x =
+        centre + 1.5 * radius * Vec3(across * std::cos(angle), across * std::sin(angle), z);
+    if (interpolate(g, simulation.fluid().phi, x) >= 0.0) continue;
+    sum += interpolate(g, simulation.fluid().u, x);
+    ++wet;
+  }
+  return wet > 0 ? Vec3(sum / wet) : sum;
 }
 
 // Means over the last third of what happened until `end`, s.
@@ -62,14 +86,16 @@ int main_of(int argc, char** argv) {
   const SimulationOptions& o = simulation.options();
   const std::size_t n = simulation.bodies().size();
 
-  std::vector<double> start(n), radius(n), ratio(n);
+  std::vector<Vec3> start(n);
+  std::vector<double> radius(n), ratio(n);
   for (std::size_t b = 0; b < n; ++b) {
     const ReducedBody& body = simulation.bodies()[b];
-    start[b] = body.position[2];
+    start[b] = body.position;
     radius[b] = std::cbrt(body.archetype->volume / (4.0 / 3.0 * M_PI));
     ratio[b] = body_mass(body) / body.archetype->volume / o.water_density;
   }
   std::vector<Sample> samples;
+  std::vector<Vec3> carried(n, Vec3::Zero());  // way of the water around neutral ones, m
   double worst_drift = 0.0, first_volume = 0.0;
   int iterations = 0;
   RunEvents events;
@@ -81,7 +107,8 @@ int main_of(int argc, char** argv) {
     for (std::size_t b = 0; b < n; ++b) {
       const Vec3& centre = simulation.bodies()[b].position;
       s.height.push_back(centre[2]);
-      s.around.push_back(ratio[b] < 0.999 ? level_around(simulation, centre, radius[b]) : 0.0);
+      s.around.push_back(floats(ratio[b]) ? level_around(simulation, centre, radius[b]) : 0.0);
+      if (is_neutral(ratio[b])) carried[b] += r.dt * velocity_around(simulation, centre, radius[b]);
     }
     samples.push_back(std::move(s));
   };
@@ -114,14 +141,21 @@ int main_of(int argc, char** argv) {
   for (std::size_t b = 0; b < n; ++b) {
     const ReducedBody& body = simulation.bodies()[b];
     const double z = mean.height[b], last_speed = body.P.norm() / body_mass(body);
-    if (ratio[b] < 0.999)
+    if (floats(ratio[b]))
       std::printf("%4zu %7.3f %10.4f %8.4f %+8.2f %9.2f %+8.2f %9.2f %9.2e\n", b, ratio[b], z,
                   exact_draft(ratio[b]), error(mean, b, mean.around[b]), worst_around[b],
                   error(mean, b, mean.level), worst[b], last_speed);
     else
       std::printf("%4zu %7.3f %10.4f moved %+.4f a, above the floor %.4f a %22.2e\n", b, ratio[b],
-                  z, (z - start[b]) / radius[b], (z - o.grid.low()[2]) / radius[b] - 1.0,
+                  z, (z - start[b][2]) / radius[b], (z - o.grid.low()[2]) / radius[b] - 1.0,
                   last_speed);
+    if (is_neutral(ratio[b])) {
+      const Vec3 way = (body.position - start[b]) / radius[b], water = carried[b] / radius[b];
+      std::printf(
+          "     way of its centre (%+.3f %+.3f %+.3f) a, of the water around it (%+.3f %+.3f "
+          "%+.3f) a\n",
+          way[0], way[1], way[2], water[0], water[1], water[2]);
+    }
   }
   return kExitDone;
 }
