@@ -125,7 +125,7 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   std::vector<double> margin;
   for (const double v : fastest)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
-  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search);
+  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt);
 }
 
 double BodyContacts::resting_speed(double dt) const {
@@ -147,10 +147,11 @@ ContactSolveOptions BodyContacts::solve_options(double dt) const {
 // A point may close its gap within the step and no more; one that touches stays, so that points
 // which lie equally well do not compete for the last digits of their gaps; an overlap is taken
 // back.
-double BodyContacts::closing_target(double gap, double dt) const {
+double BodyContacts::closing_target(const BodyContact& c, double dt) const {
   const double slack = kSlack * options_.tolerance;
-  if (std::abs(gap) <= slack) return 0.0;
-  return gap > 0.0 ? -(gap - slack) / dt : recovery_speed(-gap - slack, dt, options_.gravity);
+  if (std::abs(c.gap) <= slack) return 0.0;
+  if (c.gap > 0.0) return -(c.gap - slack + (touches(c) ? 0.0 : c.clearance)) / dt;
+  return recovery_speed(-c.gap - slack, dt, options_.gravity);
 }
 
 bool BodyContacts::sank(const GroupContacts& ahead, const Penetration& now) const {
@@ -170,7 +171,7 @@ GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
   out.solve = solve_options(dt);
   out.target.resize(static_cast<long>(out.contacts.size()));
   for (std::size_t k = 0; k < out.contacts.size(); ++k) {
-    out.target[static_cast<long>(k)] = closing_target(out.contacts[k].gap, dt);
+    out.target[static_cast<long>(k)] = closing_target(out.contacts[k], dt);
   }
   return out;
 }
@@ -181,7 +182,7 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
   const std::vector<BodyContact> all = find(bodies, speed, dt, memory.velocity);
   std::vector<BodyContact> touching;
   for (const BodyContact& c : all) {
-    if (c.gap > options_.tolerance) continue;
+    if (!touches(c)) continue;
     touching.push_back(c);
     ++out.penetration.touching;
     out.penetration.largest = std::max(out.penetration.largest, -c.gap);
@@ -194,10 +195,9 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
   GroupContacts& held = out.velocity_stage;
   std::vector<double> target;
   for (const BodyContact& c : all) {
-    const bool touches = c.gap <= options_.tolerance;
-    if (!touches && c.gap / dt > fastest) continue;
+    if (!touches(c) && c.gap / dt > fastest) continue;
     held.contacts.push_back(c);
-    target.push_back(touches ? 0.0 : -c.gap / dt);
+    target.push_back(touches(c) ? 0.0 : -(c.gap + c.clearance) / dt);
   }
   held.target = Eigen::Map<const VecX>(target.data(), static_cast<long>(target.size()));
   held.shapes = shapes_;

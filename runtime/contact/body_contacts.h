@@ -76,7 +76,8 @@ class BodyContacts {
                                 const ContactForces& before) const;
   double resting_speed(double dt) const;
   ContactSolveOptions solve_options(double dt) const;
-  double closing_target(double gap, double dt) const;
+  bool touches(const BodyContact& c) const { return c.gap <= options_.tolerance; }
+  double closing_target(const BodyContact& c, double dt) const;
   void impacts(std::vector<ReducedBody>& bodies, const std::vector<BodyContact>& touching,
                double dt) const;
 

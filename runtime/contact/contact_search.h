@@ -20,6 +20,9 @@ struct BodyContact {
   Vec3 normal = Vec3::Zero();  // unit, from b into a
   Vec3 rest_b = Vec3::Zero();  // the place in b's rest shape
   double gap = 0.0;            // m, negative where they overlap
+  /// m, how much more than the speed at the point tells is left of the gap after the step, if both
+  /// move on as they do: round surfaces that slide or roll turn away from each other.
+  double clearance = 0.0;
 };
 
 /// Impulse over time of one contact in the last step, in space, N: what the next step starts from.
@@ -78,13 +81,14 @@ struct SearchOptions {
 /// Contacts whose gap is below the pair's margin, thinned out to the support of every patch
 /// where surfaces face each other, and to points that carried load in the last step. In a fixed
 /// order.
-/// `margin`: one per body, m: what it may move until the contacts are looked for again.
+/// `margin`: one per body, m: what it may move until the contacts are looked for again; `dt`, s:
+/// how long that is, for the clearances.
 std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before,
-                                       const SearchOptions& options = {});
+                                       const SearchOptions& options = {}, double dt = 0.0);
 inline constexpr int kMaxContacts = 40;  // of an ordered pair
 
 }  // namespace archetide

@@ -83,24 +83,28 @@ double skin_top(const Simulation& simulation, double x) {
   return top;
 }
 
-/// Speed of a ball that slides without friction over the top of a bar, past its middle.
-double speed_after_sliding(const std::vector<double>& ends) {
-  constexpr double kRadius = 0.1;
+/// Share of its speed that a ball keeps which slides without friction over the middle of a bar.
+double speed_kept(const std::vector<double>& ends) {
+  constexpr double kRadius = 0.06;
   Scene scene(ends, Vec3(1.0, 0.5, kHalf));
   scene.add_ball(kRadius, Vec3(0.85, 0.5, 2.0 * kHalf + kRadius), Vec3(0.4, 0, 0));
   Simulation simulation = scene.start();
-  while (simulation.time() < 0.75 - 1e-9) simulation.step(0.01);
-  const ReducedBody& ball = simulation.bodies().back();
-  EXPECT_GT(ball.position[0], 1.1);
-  return ball.P[0] / body_mass(ball);
+  const auto speed_at = [&](double x) {
+    while (simulation.bodies().back().position[0] < x) simulation.step(0.01);
+    return simulation.bodies().back().P[0] / body_mass(simulation.bodies().back());
+  };
+  const double before = speed_at(0.95);
+  return speed_at(1.05) / before;
 }
 
-// A seam is no obstacle: the rims of the cut would take a fifth of the ball's speed.
+// A seam is no obstacle. What a ball loses without one is what discrete points of the bar give to a
+// round body (a tenth where its turning away from them is not counted); the rims of the cut would
+// take 5 %.
 TEST(SkinContact, ABallSlidesOverASeam) {
-  const double whole = speed_after_sliding({-0.3, 0.3}),
-               cut = speed_after_sliding({-0.3, 0.0, 0.3});
-  std::printf("speed over a seam / without one: %.4f\n", cut / whole);
-  EXPECT_NEAR(cut / whole, 1.0, 0.03);
+  const double whole = speed_kept({-0.3, 0.3}), cut = speed_kept(kHalves);
+  std::printf("speed kept over 0.1 m: %.3f with a seam, %.3f without\n", cut, whole);
+  EXPECT_GT(whole, 0.97);
+  EXPECT_GT(cut, 0.96);
 }
 
 // Bent, the halves leave a notch between them; the skin bridges it, and a ball lies on the skin.
