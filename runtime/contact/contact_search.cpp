@@ -375,9 +375,8 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
 
   const StepMotion still;
   std::vector<StepMotion> motions(bodies.size());
-  for (const Task& task : tasks)
-    for (const int b : {task.a, task.b})
-      if (b >= 0 && motions[b].centre != bodies[b].position) motions[b] = {bodies[b], dt};
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (deformed[b]) motions[b] = StepMotion(bodies[b], dt);
 
   // samples of one against the distance of the other
   std::vector<std::vector<BodyContact>> found(tasks.size());

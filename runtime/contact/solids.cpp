@@ -24,6 +24,19 @@ Vec3 smooth_gradient(const GridSdf& sdf, const Vec3& x) {
   return g;
 }
 
+/// Gap and normal where a place X of the rest shape now is: grad_x phi(X(x)) = back grad phi, with
+/// `back` the inverse transpose of dx/dX without the scale. False if the gap exceeds `within`.
+bool gap_at(const GridSdf& sdf, const Vec3& place, double scale, const Mat3& back, double within,
+            SolidPoint& at) {
+  const double distance = scale * sdf.value(place);
+  if (distance > kLargestSlope * within) return false;
+  const Vec3 g = back * smooth_gradient(sdf, place);
+  const double slope = std::max(g.norm(), 1e-12);
+  at.gap = distance / std::clamp(slope, kLeastSlope, kLargestSlope);
+  at.normal = g / slope;
+  return at.gap <= within;
+}
+
 int sdf_cells(const TriMesh& surface, double spacing) {
   if (spacing <= 0.0) return 64;
   Vec3 low = surface.vertices[0], high = low;
@@ -143,13 +156,8 @@ bool DeformedBody::locate(const Vec3& x, double within, SolidPoint& at) const {
   Vec3 rest;
   Mat3 stretch;
   if (!to_rest(x, rest, stretch)) return false;
-  const double distance = shape_->sdf().value(rest);
-  if (scale_ * distance > kLargestSlope * within) return false;
-  // grad_y phi(X(y)) = (R (1 + du/dX))^-T grad phi
-  const Vec3 g = stretch.transpose().inverse() * smooth_gradient(shape_->sdf(), rest);
-  const double slope = std::max(g.norm(), 1e-12);
-  at = {scale_ * distance / std::clamp(slope, kLeastSlope, kLargestSlope), g / slope, rest};
-  return at.gap <= within;
+  at.rest = rest;
+  return gap_at(shape_->sdf(), rest, scale_, stretch.transpose().inverse(), within, at);
 }
 
 double CoveredSolid::least_gap(const Vec3& x) const {
@@ -168,7 +176,7 @@ bool CoveredSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
   if (weights[part_] < weights.maxCoeff() - kAlike) return false;  // another body's
 
   Vec3 place = weights[part_] * here;
-  MatX back = weights[part_] * stretch.transpose().inverse();
+  Mat3 back = weights[part_] * stretch.transpose().inverse();
   double sum = weights[part_];
   for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
     Vec3 other;
@@ -178,14 +186,8 @@ bool CoveredSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
     back += weights[b] * its.transpose().inverse();
     sum += weights[b];
   }
-  place /= sum, back /= sum;
-  const double scale = bodies_[part_]->scale();
-  const double distance = cover_.distance.value(place);
-  if (scale * distance > kLargestSlope * within) return false;
-  const Vec3 g = back * smooth_gradient(cover_.distance, place);
-  const double slope = std::max(g.norm(), 1e-12);
-  at = {scale * distance / std::clamp(slope, kLeastSlope, kLargestSlope), g / slope, rest};
-  return at.gap <= within;
+  at.rest = rest;
+  return gap_at(cover_.distance, place / sum, bodies_[part_]->scale(), back / sum, within, at);
 }
 
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {

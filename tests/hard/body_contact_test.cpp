@@ -450,6 +450,51 @@ TEST(Overlap, TenCoincidentBallsSplitTheSameWayEveryTime) {
   for (int n = 0; n < 10; ++n) EXPECT_EQ(first[n].position, second[n].position);
 }
 
+// Plates of a fifth of a cell and whatever comes at them by one cell a step, at five places within
+// the step: a ball, and a plate that stands on its edge across one that lies, or across its rim.
+TEST(ThinParts, StopWhatComesAtThemByACellAStep) {
+  constexpr double kDx = 0.05, kThick = 0.2 * kDx, kSpeed = 5.0;
+  SimulationOptions o = vacuum(0.0);
+  o.grid = {40, 40, 40, kDx, Vec3::Zero()};
+  o.wall_contact = false;
+  const Vec3 middle(1.0, 1.0, 1.0);
+  const ReducedBody plate = box(Vec3(0.6, 0.6, kThick), middle);
+  ReducedBody upright = box(Vec3(0.6, 0.6, kThick), Vec3::Zero());
+  upright.rotation = Quat(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitY())) *
+                     Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
+  struct Case {
+    const char* name;
+    ReducedBody comes;
+    double reach, aside;  // m
+  };
+  const double corner = 0.3 * (std::cos(0.3) + std::sin(0.3));  // lowest one of the turned square
+  const Case cases[] = {{"ball", ball(0.06, Vec3::Zero()), 0.06, 0.0},
+                        {"ball over the rim", ball(0.06, Vec3::Zero()), 0.06, 0.29},
+                        {"plate on its corner", upright, corner, 0.0},
+                        {"plate on its corner over the rim", upright, corner, 0.29}};
+  double deepest_of_all = 0.0;
+  for (const Case& c : cases)
+    for (int phase = 0; phase < 5; ++phase) {
+      ReducedBody comes = c.comes;
+      comes.position =
+          middle + Vec3(c.aside, 0.01, 0.5 * kThick + c.reach + (2.0 + 0.2 * phase) * kDx);
+      comes.P = Vec3(0, 0, -kSpeed * body_mass(comes));
+      Simulation s(o, FluidState(), {plate, comes}, {});
+      double deepest = 0.0;
+      for (int n = 0; n < 8; ++n)
+        deepest = std::max(deepest, s.step(kDx / kSpeed).max_penetration / kDx);
+      const double apart = velocity_of(s.bodies()[1])[2] - velocity_of(s.bodies()[0])[2];
+      if (c.aside == 0.0) {  // a plate that is hit at its rim turns away
+        EXPECT_GT(s.bodies()[1].position[2], s.bodies()[0].position[2]) << c.name << ", " << phase;
+      }
+      EXPECT_GT(velocity_of(s.bodies()[0])[2], -kSpeed) << c.name;
+      EXPECT_LT(velocity_of(s.bodies()[0])[2], -0.01) << c.name << ", " << phase << ": was not met";
+      EXPECT_LT(deepest, 0.25) << c.name << ", " << phase << ", apart at " << apart;
+      deepest_of_all = std::max(deepest_of_all, deepest);
+    }
+  std::printf("overlap at most %.3f cells\n", deepest_of_all);
+}
+
 TEST(ContactCost, NothingWithoutContactAndLittlePerInstance) {
   // no [contact]: no search, no contacts, the same motion as alone
   SimulationOptions o = dry_tank();
