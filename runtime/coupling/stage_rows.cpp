@@ -82,6 +82,22 @@ void StageRows::resolve(const std::vector<VecX>& y_free) {
   if (system_.size() > 0) sweeps_ += system_.solve(target_, solve_, lambda_, resolved_).sweeps;
 }
 
+// What the contact solver has found, which all rows can have at once; where it has come to its end
+// that is the target and no slip, and these are taken to the last digit. Held at their targets,
+// rows that nearly say the same and on which the solver had not settled asked for any speed: a pile
+// of 150 starfish at rest burst with 87 J from nothing.
+Vec3 StageRows::held_speed(std::size_t k) const {
+  const Vec3 wanted(target_[static_cast<long>(k)], 0.0, 0.0),
+      found = system_.velocity(k, resolved_);
+  // The solver stops when a sweep changes less than `still`; what is left may be some of these.
+  constexpr double kStills = 100.0, kMet = 1e-7;  // of the speed, where nothing falls
+  const double met = std::max(kStills * solve_.still, kMet * found.norm());
+  Vec3 speed = found;
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::abs(found[axis] - wanted[axis]) <= met) speed[axis] = wanted[axis];
+  return speed;
+}
+
 void StageRows::hold(bool wet) {
   constexpr double kSticks = 1.0 - 1e-9;  // of Coulomb's bound
   for (VecX& f : given_) f.resize(0);
@@ -92,9 +108,8 @@ void StageRows::hold(bool wet) {
     const bool sticks = lambda_[k].tail<2>().norm() < kSticks * solve_.friction * lambda_[k][0];
     const int m = !wet ? 0 : sticks ? 3 : 1;
     if (m > 0) {
-      rows.push_back({c.a, c.b, c.J_a.topRows(m), MatX(), VecX::Zero(m)});
+      rows.push_back({c.a, c.b, c.J_a.topRows(m), MatX(), held_speed(k).head(m)});
       if (c.b >= 0) rows.back().B = c.J_b.topRows(m);
-      rows.back().target[0] = target_[static_cast<long>(k)];
     }
     const Vec3 left = m == 3   ? Vec3(Vec3::Zero())
                       : m == 1 ? Vec3(0.0, lambda_[k][1], lambda_[k][2])

@@ -44,6 +44,7 @@ class StageRows {
   bool agrees(const std::vector<CoupledBody>& coupled, double speed) const;
 
  private:
+  Vec3 held_speed(std::size_t k) const;
   std::vector<VecX> with_given(const std::vector<VecX>& y) const;
 
   std::vector<ConfigurationTerms> terms_;
