@@ -8,6 +8,7 @@
 
 #include "common/input_error.h"
 #include "runtime/contact/body_contacts.h"
+#include "tests/support/bench_main.h"
 #include "tests/support/best_time.h"
 #include "tests/support/dry_body.h"
 
@@ -95,11 +96,4 @@ int main_of(int argc, char** argv) {
 }  // namespace
 }  // namespace archetide
 
-int main(int argc, char** argv) {
-  try {
-    return archetide::main_of(argc, argv);
-  } catch (const archetide::Error& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return e.exit_code;
-  }
-}
+int main(int argc, char** argv) { return archetide::bench_main(argc, argv, archetide::main_of); }

@@ -10,6 +10,7 @@
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/run_loop.h"
 #include "runtime/scene/scene_builder.h"
+#include "tests/support/bench_main.h"
 #include "tests/support/float_draft.h"
 #include "tests/support/water_scene.h"
 
@@ -163,11 +164,4 @@ int main_of(int argc, char** argv) {
 }  // namespace
 }  // namespace archetide
 
-int main(int argc, char** argv) {
-  try {
-    return archetide::main_of(argc, argv);
-  } catch (const archetide::Error& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return e.exit_code;
-  }
-}
+int main(int argc, char** argv) { return archetide::bench_main(argc, argv, archetide::main_of); }
