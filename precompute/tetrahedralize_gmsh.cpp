@@ -12,8 +12,8 @@ namespace archetide {
 namespace {
 
 constexpr int kTriangle = 2, kTet = 4;  // gmsh element types
-/// Mesh.Algorithm3D. Debian's Frontal fails; HXT is faster, but with the same input its tets depend on
-/// what the process did before.
+/// Mesh.Algorithm3D. Debian's Frontal fails; HXT is faster, but with the same input its tets depend
+/// on what the process did before.
 constexpr int kDelaunay = 1;
 
 /// A silent gmsh on one thread (two are not reproducible) that always ends.
