@@ -296,7 +296,8 @@ int check(const Arguments& a) {
   ArchetypeLibrary library(scene.directory, a.archetypes);
   const BuiltScene built = build_scene(scene, library);
   const SimulationOptions& o = built.options;
-  const MemoryEstimate memory = estimate_memory(o, built.bodies);
+  const MemoryEstimate memory =
+      estimate_memory(o, field_grid(o, initial_fluid(scene.fluid)), built.bodies);
   const auto line = [](const std::string& name, const auto& value) {
     std::cout << std::left << std::setw(14) << name << value << '\n';
   };

@@ -14,6 +14,7 @@
 #include "runtime/contact/wall_contact.h"
 #include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
+#include "runtime/fluid/spray.h"
 #include "runtime/solid/inversion_guard.h"
 #include "runtime/statistics.h"
 #include "runtime/water_step.h"
@@ -99,11 +100,11 @@ std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
       c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, met, 0.5 * dx));
 }
 
-CouplingOptions coupling_options(const SimulationOptions& o) {
+CouplingOptions coupling_options(const SimulationOptions& o, const WaterStep& water) {
   CouplingOptions c;
-  c.grid = o.grid;
+  c.grid = water.grid();
   c.has_water = o.has_water;
-  c.open_side = o.open_side;
+  c.open_side = water.open_side();
   c.hydrostatics = {o.water_density, o.gravity, o.reference_point};
   c.geometry = o.geometry;
   c.modal = o.modal;
@@ -123,8 +124,8 @@ struct Simulation::Impl {
   std::vector<Joint> joints;
   std::vector<Actuator> actuators;
   std::vector<SkinnedBodies> skins;
-  Coupling coupling;
   WaterStep water;
+  Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
   std::vector<BodyReach> reach;           // per body, bounds its extent
@@ -150,8 +151,8 @@ struct Simulation::Impl {
         obstacles(std::move(obs)),
         joints(std::move(tied)),
         skins(std::move(skinned)),
-        coupling(coupling_options(options), obstacles, joints, skins),
-        water(options, std::move(initial)) {
+        water(options, std::move(initial)),
+        coupling(coupling_options(options, water), obstacles, joints, skins) {
     release.resize(waiting.size(), 0.0);
     between = body_contacts(options, waiting, obstacles, joints, skins);
     admit_bodies();
@@ -161,6 +162,7 @@ struct Simulation::Impl {
 
   void prepare();
   void admit_bodies();
+  void fit_tank();
   void admit(std::size_t n);
   bool attempt(double dt, StepReport& report);
   bool advance_positions(double dt, std::vector<Configuration>& middle,
@@ -241,6 +243,7 @@ void Simulation::Impl::visit_state(StateArchive& a) {
   }
   if (water.present()) {
     water.visit_state(a);
+    if (a.reading()) coupling.set_tank(water.grid(), water.open_side());
     if (options.scheme == Scheme::kSingle) visit_seen(a);
   }
   coupling.visit_state(a);
@@ -251,6 +254,13 @@ void Simulation::Impl::visit_seen(StateArchive& a) {
   if (seen.empty()) seen = bodies;
   body_fields(a, "seen", seen);
   if (a.reading()) update_geometry(seen);
+}
+
+// Before a step: the fields end above the water.
+void Simulation::Impl::fit_tank() {
+  if (!water.present() || !water.fit_ceiling()) return;
+  coupling.set_tank(water.grid(), water.open_side());
+  update_geometry(options.scheme == Scheme::kSingle && !seen.empty() ? seen : bodies);
 }
 
 void Simulation::Impl::carry_markers(double dt) {
@@ -548,10 +558,11 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     fastest = std::max(fastest, largest_surface_speed(b));
   }
   if (water.present()) {
-    add_water_statistics(options, water.fluid, coupling, r);
+    add_water_statistics(options, water.grid(), water.fluid, coupling, r);
     water.volume = r.water_volume;
-    water.volume_wanted -= dt * outflow_through_sides(options, water.fluid, coupling);
+    water.volume_wanted -= dt * outflow_through_sides(options, water.grid(), water.fluid, coupling);
     r.volume_given_back = water.volume_given_back;
+    r.spray_volume = spray_volume(water.fluid.spray);
     fastest = std::max(fastest, cfl_speed(water.fluid.u, &coupling.valid()));
   }
   r.max_speed = fastest;
@@ -621,6 +632,7 @@ double Simulation::stable_dt() const {
 StepReport Simulation::step(double dt) {
   Impl& s = *impl_;
   s.admit_bodies();
+  s.fit_tank();
   StepReport before;
   before.t = s.water.fluid.time;
   demand_finite(s.bodies, s.water.fluid, before);
@@ -661,6 +673,7 @@ void Simulation::set_actuators(std::vector<Actuator> actuators) {
 
 double Simulation::time() const { return impl_->water.fluid.time; }
 const SimulationOptions& Simulation::options() const { return impl_->options; }
+const Grid& Simulation::grid() const { return impl_->water.grid(); }
 const FluidState& Simulation::fluid() const { return impl_->water.fluid; }
 const std::vector<ReducedBody>& Simulation::bodies() const { return impl_->bodies; }
 std::vector<ReducedBody>& Simulation::bodies() { return impl_->bodies; }

@@ -9,6 +9,7 @@
 #include "common/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/coupling/coupling.h"
+#include "runtime/fluid/damping.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/grid/grid.h"
 #include "runtime/numerics/solve_report.h"
@@ -26,7 +27,9 @@ struct SimulationOptions {
   Vec3 gravity = Vec3(0, 0, -9.81);     // m/s^2
   Vec3 reference_point = Vec3::Zero();  // where p' = p; the result must not depend on it
   Sides open_side{};                    // open sides of the tank; others closed and free-slip
+  Damping damping;                      // of the water's motion
   int particles_per_cell = 0;           // 0: plain level set
+  bool spray = false;                   // water particles that come away fly as drops
   bool volume_control = true;           // the surface is moved by what the level set lost in volume
 
   Geometry geometry = Geometry::kCutCell;
@@ -43,6 +46,9 @@ struct SimulationOptions {
   double restitution = 0.0, friction = 0.0;
 };
 
+/// The tank up to the ceiling that the fields of a run begin with (Simulation::grid).
+Grid field_grid(const SimulationOptions& options, const FluidState& initial);
+
 /// What one step did: a row of stats.csv.
 struct StepReport {
   double t = 0.0, dt = 0.0, cfl = 0.0;  // time at the end, s; step, s; largest speed * dt / dx
@@ -51,6 +57,7 @@ struct StepReport {
   double divergence = 0.0;         // max |div u| over water cells after the velocity solve, 1/s
   double water_volume = 0.0;       // m^3
   double volume_given_back = 0.0;  // by volume control since the start, m^3
+  double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
   Vec3 water_momentum = Vec3::Zero();         // kg m/s
   Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
@@ -90,6 +97,9 @@ class Simulation {
 
   double time() const;
   const SimulationOptions& options() const;
+  /// The tank up to a ceiling above all water: what the fields of fluid() and coupling() cover. It
+  /// follows the water from step to step; above it there is air.
+  const Grid& grid() const;
   const FluidState& fluid() const;
   /// Those that have appeared.
   const std::vector<ReducedBody>& bodies() const;

@@ -36,9 +36,8 @@ double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractio
   return water_volume(g, phi, &open_cell);
 }
 
-double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid,
+double outflow_through_sides(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                              const Coupling& coupling) {
-  const Grid& g = o.grid;
   double sum = 0.0;
   for (int side = 0; side < 6; ++side) {
     if (!o.open_side[side]) continue;
@@ -54,9 +53,8 @@ double outflow_through_sides(const SimulationOptions& o, const FluidState& fluid
   return sum * g.dx * g.dx;
 }
 
-void add_water_statistics(const SimulationOptions& o, const FluidState& fluid,
+void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                           const Coupling& coupling, StepReport& r) {
-  const Grid& g = o.grid;
   r.water_volume = water_volume(g, fluid.phi, coupling.solids());
 
   // rho dx^3 e u over the faces between water cells, and what moves with bodies; plane by plane so

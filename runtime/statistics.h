@@ -7,16 +7,16 @@ namespace archetide {
 /// Momenta and energies of one body, added to the report.
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& report);
 
-/// Volume, momentum and energies of the water, added to the report.
-void add_water_statistics(const SimulationOptions& options, const FluidState& fluid,
-                          const Coupling& coupling, StepReport& report);
+/// Volume, momentum and energies of the water, added to the report; grid: of its fields.
+void add_water_statistics(const SimulationOptions& options, const Grid& grid,
+                          const FluidState& fluid, const Coupling& coupling, StepReport& report);
 
 /// Volume of water outside the solids, m^3.
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids);
 
 /// Water that leaves through the open sides of the tank, m^3/s (what comes in is air).
-double outflow_through_sides(const SimulationOptions& options, const FluidState& fluid,
-                             const Coupling& coupling);
+double outflow_through_sides(const SimulationOptions& options, const Grid& grid,
+                             const FluidState& fluid, const Coupling& coupling);
 
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);

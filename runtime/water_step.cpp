@@ -8,6 +8,7 @@
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/markers.h"
 #include "runtime/fluid/particle_level_set.h"
+#include "runtime/fluid/spray.h"
 #include "runtime/fluid/time_splitting.h"
 #include "runtime/grid/state_fields.h"
 #include "runtime/statistics.h"
@@ -55,17 +56,67 @@ void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsign
         if (phi(i, j, k) < g.dx) target[2](i, j, k + 1) = 1;
 }
 
+// Layers, in eights and at most `full`, that end above what a step reads and writes of the air: the
+// highest water or particle, the way of a step, the layers that velocities are continued by, and
+// the stencils around.
+int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid) {
+  const std::size_t layer = static_cast<std::size_t>(g.nx) * g.ny;
+  int wet = g.nz;
+  for (bool air = true; air && wet > 0; wet -= air)
+    for (std::size_t n = layer * (wet - 1); n < layer * wet && air; ++n) air = fluid.phi[n] >= 0.0;
+  double top = g.low()[2] + g.dx * wet;
+  for (const Vec3& x : fluid.particles.position) top = std::max(top, x[2]);
+  constexpr int kAround = 8, kEights = 8;
+  const int layers = static_cast<int>(std::ceil((top - g.low()[2]) / g.dx)) +
+                     2 * static_cast<int>(std::ceil(cfl)) + kAround;
+  return std::min((layers + kEights - 1) / kEights * kEights, full);
+}
+
 }  // namespace
+
+Grid field_grid(const SimulationOptions& options, const FluidState& initial) {
+  Grid g = options.grid;
+  if (options.has_water && g.cells() > 0) g.nz = ceiling(g, g.nz, options.cfl, initial);
+  return g;
+}
+
+WaterStep::WaterStep(const SimulationOptions& options, FluidState initial)
+    : fluid(std::move(initial)),
+      options_(options),
+      grid_(options.grid),
+      open_side_(options.open_side) {
+  if (present()) fit_ceiling();
+}
+
+bool WaterStep::fit_ceiling() {
+  constexpr int kSpare = 16;  // layers more than needed that stay
+  const int full = options_.grid.nz;
+  const int wanted = ceiling(grid_, full, options_.cfl, fluid);
+  if (wanted == grid_.nz || (wanted < grid_.nz && wanted + kSpare > grid_.nz && grid_.nz < full))
+    return false;
+  set_ceiling(wanted);
+  return true;
+}
+
+void WaterStep::set_ceiling(int layers) {
+  grid_.nz = layers;
+  open_side_[kZMax] = options_.open_side[kZMax] || layers < options_.grid.nz;
+  fluid.phi.set_layers(layers, surface_options().band_cells * grid_.dx);
+  for (MacField* u : {&fluid.u, &u_half, &u_star, &push_, &carrier_, &u_last_})
+    u->set_layers(layers);
+  valid_.set_layers(layers);
+  target_.set_layers(layers);
+}
 
 SurfaceOptions WaterStep::surface_options() const {
   SurfaceOptions s;
   s.particles_per_cell = options_.particles_per_cell;
-  s.open_side = options_.open_side;
+  s.open_side = open_side_;
   return s;
 }
 
 void WaterStep::prepare(const Coupling& coupling) {
-  const Grid& g = options_.grid;
+  const Grid& g = grid_;
   if (fluid.u[0].size() == 0) fluid.u.resize(g, 0.0);
   for (MacField* u : {&u_half, &u_star, &push_, &carrier_}) u->resize(g, 0.0);
   if (single()) u_last_.resize(g, 0.0);
@@ -78,14 +129,14 @@ void WaterStep::prepare(const Coupling& coupling) {
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
                               const std::vector<ReducedBody>& bodies) {
   if (fluid.markers.empty()) return;
-  keep_out_ = std::make_unique<KeepOut>(obstacles, 0.5 * options_.grid.dx);
+  keep_out_ = std::make_unique<KeepOut>(obstacles, 0.5 * grid_.dx);
   keep_markers_in_water(bodies);
 }
 
 void WaterStep::extrapolate(MacField& u, FaceField<unsigned char>& mask) const {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
-  extrapolate_velocity(options_.grid, u, mask, layers);
-  close_sides(options_.grid, options_.open_side, u);
+  extrapolate_velocity(grid_, u, mask, layers);
+  close_sides(grid_, open_side_, u);
 }
 
 // Continues the push of a solve as the velocity is continued.
@@ -94,20 +145,26 @@ void WaterStep::continue_push() {
   extrapolate(push_, mask);
 }
 
+// Beside the advection, on the same faces.
+void WaterStep::damp_water(double dt, MacField& u) const {
+  if (options_.damping.any()) damp(grid_, options_.damping, dt, target_, u);
+}
+
 // u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in push_.
 void WaterStep::advect_to_half(double dt) {
-  const Grid& g = options_.grid;
+  const Grid& g = grid_;
   const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
   continue_in_time(fluid.u, u_half, ahead, valid_, carrier_);
   mark_water_faces(g, fluid.phi, target_);
   advect_velocity(g, carrier_, fluid.u, 0.5 * dt, valid_, target_, u_half);
+  damp_water(0.5 * dt, u_half);
   push_ = u_half;
 }
 
 // u_star for the full-step solve: the second half of the way after the reflection (two solves), or
 // all of it (one).
 void WaterStep::advect_to_end(double dt) {
-  const Grid& g = options_.grid;
+  const Grid& g = grid_;
   mark_water_faces(g, fluid.phi, target_);
   if (single()) {
     // The last solve's push stands in for that of a half step.
@@ -117,6 +174,7 @@ void WaterStep::advect_to_end(double dt) {
     add_push(push_, -share, valid_, u_half);
     advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
     add_push(push_, share, target_, u_star);
+    damp_water(dt, u_star);
     u_half = fluid.u;
     push_ = u_star;
     return;
@@ -126,6 +184,7 @@ void WaterStep::advect_to_end(double dt) {
   advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
   add_push(push_, 1.0, valid_, u_half);
   add_push(push_, 2.0, target_, u_star);
+  damp_water(0.5 * dt, u_star);
 }
 
 void WaterStep::after_position_solve(const Coupling& coupling) {
@@ -136,13 +195,24 @@ void WaterStep::after_position_solve(const Coupling& coupling) {
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
-  const Grid& g = options_.grid;
+  const Grid& g = grid_;
   mark_solid_cells(coupling.solids(), solid_cells_);
   make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(), u_half);
   std::swap(fluid.u, u_half);
   advance_surface(g, fluid, dt, surface_options(), solid_cells_, step);
+  move_spray(dt);
   std::swap(fluid.u, u_half);
   control_volume(coupling);
+}
+
+// Drops come from the water that there should be, and return to it.
+void WaterStep::move_spray(double dt) {
+  if (!options_.spray) return;
+  const SprayEnds ends = fly_spray(options_.grid, options_.open_side, options_.gravity, dt,
+                                   fluid.phi, solid_cells_, fluid.spray);
+  volume_wanted += ends.landed;
+  volume_wanted -= release_spray(grid_, fluid.phi, fluid.u, solid_cells_,
+                                 options_.particles_per_cell, fluid.particles, fluid.spray);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
@@ -165,7 +235,7 @@ void WaterStep::after_velocity_solve(const Coupling& coupling) {
 // Beside bodies in waves the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius);
 // a shift of at most 0.02 cells a step gives it back.
 void WaterStep::control_volume(const Coupling& coupling) {
-  const Grid& g = options_.grid;
+  const Grid& g = grid_;
   constexpr double kMaxShift = 0.02;  // cells a step
   constexpr double kNothing = 1e-9;   // of the volume: still water is left alone to the last bit
   const double missing = volume_wanted - volume;
@@ -183,22 +253,29 @@ void WaterStep::control_volume(const Coupling& coupling) {
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
   if (!keep_out_) return;
-  advect_points(options_.grid, u_half, dt, fluid.markers);
+  advect_points(grid_, u_half, dt, fluid.markers);
   keep_markers_in_water(bodies);
 }
 
 // Trilinear velocities near a body know its sides to a fraction of a cell only.
 void WaterStep::keep_markers_in_water(const std::vector<ReducedBody>& bodies) {
   constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
-  return_to_water(options_.grid, fluid.phi, fluid.markers);
-  keep_out_->move_out(bodies, kClearance * options_.grid.dx, fluid.markers);
+  return_to_water(grid_, fluid.phi, fluid.markers);
+  keep_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
 }
 
 void WaterStep::visit_state(StateArchive& a) {
+  std::int64_t ceiling = grid_.nz;
+  a.field("water/ceiling", ceiling);
+  if (ceiling < 1 || ceiling > options_.grid.nz) a.fail("the water stands in another tank");
+  if (a.reading()) set_ceiling(static_cast<int>(ceiling));
   a.field("water/volume_wanted", volume_wanted);
   a.field("water/volume", volume);
   a.field("water/volume_given_back", volume_given_back);
   a.field("water/markers", fluid.markers);
+  a.field("spray/position", fluid.spray.position);
+  a.field("spray/velocity", fluid.spray.velocity);
+  a.field("spray/volume", fluid.spray.volume);
   a.field("particles/position", fluid.particles.position);
   a.field("particles/radius", fluid.particles.radius);
   a.field("particles/sign", fluid.particles.sign);
@@ -214,6 +291,8 @@ void WaterStep::visit_state(StateArchive& a) {
 void WaterStep::restore(const Memory& before) {
   fluid.phi = before.phi;
   fluid.particles = before.particles;
+  fluid.spray = before.spray;
+  volume_wanted = before.volume_wanted;
   valid_ = before.valid;
   volume_given_back = before.volume_given_back;
   last_dt = 0.0;

@@ -19,8 +19,7 @@ namespace archetide {
 class WaterStep {
  public:
   /// `options` must outlive it.
-  WaterStep(const SimulationOptions& options, FluidState initial)
-      : fluid(std::move(initial)), options_(options) {}
+  WaterStep(const SimulationOptions& options, FluidState initial);
 
   FluidState fluid;
   MacField u_half;                           // at the middle of the step, m/s
@@ -31,6 +30,12 @@ class WaterStep {
   double volume_given_back = 0.0;            // m^3
 
   bool present() const { return options_.has_water && options_.grid.cells() > 0; }
+  /// The tank up to a ceiling above all water, where the fields are: air higher up costs nothing.
+  /// The ceiling is open.
+  const Grid& grid() const { return grid_; }
+  const Sides& open_side() const { return open_side_; }
+  /// Before a step: raises or lowers the ceiling where the water needs it; true if it did.
+  bool fit_ceiling();
   /// Faces of fluid.u that mean something (layers count).
   const FaceField<unsigned char>& valid() const { return valid_; }
 
@@ -63,12 +68,16 @@ class WaterStep {
     Array3<double> phi;
     Particles particles;
     FaceField<unsigned char> valid;
-    double volume_given_back;
+    double volume_given_back, volume_wanted;
+    Spray spray;
   };
-  Memory memory() const { return {fluid.phi, fluid.particles, valid_, volume_given_back}; }
+  Memory memory() const {
+    return {fluid.phi, fluid.particles, valid_, volume_given_back, volume_wanted, fluid.spray};
+  }
   void restore(const Memory& before);
 
  private:
+  void set_ceiling(int layers);
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
   /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
@@ -76,10 +85,14 @@ class WaterStep {
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(MacField& u, FaceField<unsigned char>& mask) const;
   void continue_push();
+  void damp_water(double dt, MacField& u) const;
+  void move_spray(double dt);
   void control_volume(const Coupling& coupling);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
 
   const SimulationOptions& options_;
+  Grid grid_;
+  Sides open_side_;
   FaceField<unsigned char> valid_, target_;
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,

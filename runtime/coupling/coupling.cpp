@@ -17,13 +17,25 @@ double stage_seconds(Stage stage, double dt) {
 
 Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
                    std::vector<Joint> joints, std::vector<SkinnedBodies> skins)
-    : options_(options), joints_(std::move(joints)), skins_(std::move(skins)) {
+    : options_(options),
+      obstacle_surfaces_(obstacles),
+      joints_(std::move(joints)),
+      skins_(std::move(skins)) {
   ARCHETIDE_CHECK(skins_.empty() || options_.geometry == Geometry::kCutCell);
   const Grid& g = options_.grid;
+  valid_.resize(Grid{g.nx, g.ny, 0, g.dx, g.origin}, 0);
+  for (auto& p : pressure_) p.resize(g.nx, g.ny, 0, 0.0);
+  set_tank(g, options.open_side);
+}
+
+void Coupling::set_tank(const Grid& g, const Sides& open_side) {
+  options_.grid = g;
+  options_.open_side = open_side;
   if (g.cells() == 0) return;  // no tank: nothing to couple
+  obstacle_faces_.clear();
   obstacles_.face.resize(g, 0.0);
   obstacles_.cell.resize(g.nx, g.ny, g.nz, 0.0);
-  for (const TriMesh& m : obstacles) {
+  for (const TriMesh& m : obstacle_surfaces_) {
     if (options_.geometry == Geometry::kCutCell) {
       const DualFaces faces = add_solid_fractions(g, m.vertices, m.triangles, obstacles_);
       obstacle_faces_.insert(obstacle_faces_.end(), faces.begin(), faces.end());
@@ -31,8 +43,8 @@ Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& o
       add_voxel_fractions(cells_inside(g, m.vertices, m.triangles), obstacles_);
   }
   open_.resize(g, 1.0);
-  valid_.resize(g, 0);
-  for (auto& p : pressure_) p.resize(g.nx, g.ny, g.nz, 0.0);
+  valid_.set_layers(g.nz, 0);
+  for (auto& p : pressure_) p.set_layers(g.nz, 0.0);
 }
 
 void Coupling::fill_open_fractions() {

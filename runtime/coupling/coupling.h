@@ -61,6 +61,10 @@ class Coupling {
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
            std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
 
+  /// The tank becomes higher or lower; update_geometry() or couple() must follow. Layers that stay
+  /// keep what the next solve starts from.
+  void set_tank(const Grid& grid, const Sides& open_side);
+
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
   /// walls. Joints hold in every stage.
@@ -109,6 +113,7 @@ class Coupling {
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;
+  std::vector<TriMesh> obstacle_surfaces_;
   std::vector<Joint> joints_;
   std::vector<SkinnedBodies> skins_;
   std::vector<std::vector<Vec3>> skin_points_;  // of each skin, m

@@ -173,6 +173,34 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
   return sum;
 }
 
+// The same for eight points in a row; false where the points nearest to the feet are not they
+// themselves, or not all around are solved.
+bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3],
+                      const Block c[3], Block& sum) {
+  if (!all_within(c, 0.5) || to[0] < 2 || to[0] + kBlock + 2 > f.nx()) return false;
+  const std::size_t n = f.index(to[0], to[1], to[2]);
+  const auto stride = strides(f);
+  const int size[3] = {f.nx(), f.ny(), f.nz()};
+  Block here;
+  load(f.data() + n, here);
+  sum = Block{};
+  for (int a = 0; a < 3; ++a) {
+    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;
+    const double* p = f.data() + n;
+    const unsigned char* v = valid.data() + n;
+    const std::ptrdiff_t s = stride[a];
+    if (!all_ones(v - 2 * s) || !all_ones(v - s) || !all_ones(v) || !all_ones(v + s) ||
+        !all_ones(v + 2 * s))
+      return false;
+    Block low2, low, high, high2;
+    load(p - 2 * s, low2), load(p - s, low), load(p + s, high), load(p + 2 * s, high2);
+    const Block off = c[a] < 0.0 ? -c[a] : c[a], rest = 0.5 - off;
+    const Block weight = off < rest ? off : rest;
+    sum += weight * ((low2 + high2) - 4.0 * (low + high) + 6.0 * here);
+  }
+  return true;
+}
+
 constexpr unsigned char kAtFoot = 255;
 struct Scratch {
   std::unique_ptr<double[]> hat;  // first-order result
@@ -197,8 +225,8 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
   Mask hat_valid(f.nx(), f.ny(), f.nz());
   const auto stride = strides(f);
   const auto first_block = [&](int i, int j, int k, std::size_t n) {
-    Block d[3], value;
-    if (!path_block<A>(u, i, j, k, -h, d)) return false;
+    Block v[3], d[3], value;
+    if (!path_block<A>(u, i, j, k, -h, v, d)) return false;
     interpolate_block(f.data() + n, stride, d, value);
     store(value, hat + n);
     std::memset(&hat_valid[n], 1, kBlock);
@@ -240,8 +268,8 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
     return kUpwind * biharmonic(f, valid, to, c);
   };
   const auto second_block = [&](int i, int j, int k, std::size_t n) {
-    Block d[3], back;
-    if (!path_block<A>(u, i, j, k, h, d)) return false;
+    Block v[3], d[3], back;
+    if (!path_block<A>(u, i, j, k, h, v, d)) return false;
     interpolate_block(hat + n, stride, d, back);
     unsigned char at_foot = 0, solved = 1;
     for (int l = 0; l < kBlock; ++l) at_foot |= side[n + l] == kAtFoot, solved &= valid[n + l] != 0;
@@ -251,7 +279,12 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
       return true;
     }
     Block low, high, first, old, damped;
-    for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k);
+    for (Block& c : v) c *= h;
+    const int to[3] = {i, j, k};
+    if (biharmonic_block(f, valid, to, v, damped))
+      damped *= kUpwind;
+    else
+      for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k);
     range_block(f.data() + n, stride, side + n, low, high);
     load(hat + n, first), load(f.data() + n, old);
     const Block value = first + 0.5 * (old - back) - damped;

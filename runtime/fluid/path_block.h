@@ -121,11 +121,11 @@ void across_block(const double* p, const std::array<std::ptrdiff_t, 3>& stride, 
   }
 }
 
-/// Displacements d, in cells, of the ends of the paths over h (s/m) of the faces of component A
-/// from (i, j, k) on: second-order Runge-Kutta from the faces' velocities. False where a path is
-/// too long for this.
+/// Velocities v of the faces of component A from (i, j, k) on, m/s, and the displacements d, in
+/// cells, of the ends of their paths over h (s/m): second-order Runge-Kutta from v. False where a
+/// path is too long for this.
 template <int A>
-bool path_block(const MacField& u, int i, int j, int k, double h, Block d[3]) {
+bool path_block(const MacField& u, int i, int j, int k, double h, Block v[3], Block d[3]) {
   constexpr int B = (A + 1) % 3, C = (A + 2) % 3;
   const double* p[3];
   std::array<std::ptrdiff_t, 3> s[3];
@@ -133,10 +133,10 @@ bool path_block(const MacField& u, int i, int j, int k, double h, Block d[3]) {
   Block mid[3];
   const Block zero = {};
   const Block still[3] = {zero, zero, zero};
-  load(p[A], mid[A]);
-  across_block<A, B>(p[B], s[B], still, mid[B]);
-  across_block<A, C>(p[C], s[C], still, mid[C]);
-  for (Block& m : mid) m *= 0.5 * h;
+  load(p[A], v[A]);
+  across_block<A, B>(p[B], s[B], still, v[B]);
+  across_block<A, C>(p[C], s[C], still, v[C]);
+  for (int a = 0; a < 3; ++a) mid[a] = 0.5 * h * v[a];
   if (!all_within(mid, 0.5)) return false;
   interpolate_block(p[A], s[A], mid, d[A]);
   across_block<A, B>(p[B], s[B], mid, d[B]);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -16,6 +17,17 @@ class Array3 {
   void resize(int nx, int ny, int nz, T value = T()) {
     nx_ = nx, ny_ = ny, nz_ = nz;
     data_.assign(static_cast<std::size_t>(nx) * ny * nz, value);
+  }
+  /// The same array with nz layers: those that it has stay, further ones hold `value`.
+  void set_layers(int nz, T value = T()) {
+    const std::size_t layer = static_cast<std::size_t>(nx_) * ny_;
+    std::vector<T> layers;
+    layers.reserve(layer * nz);
+    const std::size_t kept = layer * std::min(nz, nz_);
+    layers.assign(data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(kept));
+    layers.resize(layer * nz, value);
+    data_.swap(layers);
+    nz_ = nz;
   }
   void fill(T value) { data_.assign(data_.size(), value); }
   int nx() const { return nx_; }

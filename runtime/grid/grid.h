@@ -44,6 +44,10 @@ struct FaceField {
     for (int a = 0; a < 3; ++a)
       axis[a].resize(g.nx + (a == 0), g.ny + (a == 1), g.nz + (a == 2), value);
   }
+  /// The same field with nz layers of cells: those that it has stay, further ones hold `value`.
+  void set_layers(int nz, T value = T()) {
+    for (int a = 0; a < 3; ++a) axis[a].set_layers(nz + (a == 2), value);
+  }
   Array3<T>& operator[](int a) { return axis[a]; }
   const Array3<T>& operator[](int a) const { return axis[a]; }
 };

@@ -32,10 +32,9 @@ double archetype_bytes(const Archetype& a) {
          sizeof(Mat3) * static_cast<double>(a.integrals.A.size() + a.integrals.B.size());
 }
 
-MemoryEstimate estimate_memory(const SimulationOptions& options,
+MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& g,
                                const std::vector<ReducedBody>& bodies) {
   MemoryEstimate m;
-  const Grid& g = options.grid;
   if (options.has_water) {
     const double surface_cells = static_cast<double>(g.nx) * g.ny;
     m.water = kBytesPerCell * static_cast<double>(g.cells()) +

@@ -22,10 +22,10 @@ const Vec3f kZenith(0.50f, 0.64f, 0.86f), kHorizon(0.93f, 0.95f, 0.97f);
 const Vec3f kGroundLight(0.42f, 0.41f, 0.40f);    // what the ground sends upwards
 const Vec3f kWaterScatter(0.020f, 0.17f, 0.27f);  // light that the water sends back
 const Vec3f kObstacleColour(0.45f, 0.42f, 0.39f), kEdgeColour(0.10f, 0.11f, 0.13f),
-    kMarkerColour(0.95f, 0.90f, 0.70f);
+    kMarkerColour(0.95f, 0.90f, 0.70f), kSprayColour(0.80f, 0.90f, 0.95f);
 
 // Meshes of the opaque scene.
-enum { kBodies, kObstacles, kMarkers };
+enum { kBodies, kObstacles, kMarkers, kSpray };
 
 Vec3f sky(const Vec3f& direction) {
   const float up = std::max(0.0f, direction[2]);
@@ -74,7 +74,8 @@ Painter::Painter(const Stage& stage)
                  ? box_edges(stage.low, stage.high, 0.0015 * (stage.high - stage.low).norm())
                  : SurfaceMesh()),
       dots_(dots(stage.markers, 0.0018 * (stage.high - stage.low).norm())),
-      opaque_({&stage.bodies, &stage.obstacles, &dots_}),
+      drops_(dots(stage.spray, 0.0012 * (stage.high - stage.low).norm())),
+      opaque_({&stage.bodies, &stage.obstacles, &dots_, &drops_}),
       edge_scene_({&edges_}),
       water_({&stage.water}),
       low_(stage.low.cast<float>()),
@@ -263,9 +264,9 @@ bool Painter::opaque_surface(const Ray& ray, Surface& surface, float& t) const {
     surface.colour = body_colour(bodies.body.empty() ? 0 : bodies.body[v]);
     surface.gloss = 1.0f;
   } else {
-    const bool marker = hit.mesh == kMarkers;
-    surface.normal = smooth_normal(marker ? dots_ : stage_.obstacles, hit);
-    surface.colour = marker ? kMarkerColour : kObstacleColour;
+    const bool marker = hit.mesh == kMarkers, drop = hit.mesh == kSpray;
+    surface.normal = smooth_normal(marker ? dots_ : drop ? drops_ : stage_.obstacles, hit);
+    surface.colour = marker ? kMarkerColour : drop ? kSprayColour : kObstacleColour;
     surface.gloss = 0.0f;
   }
   if (surface.normal.dot(ray.direction) > 0.0f) surface.normal = -surface.normal;

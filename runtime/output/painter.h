@@ -11,7 +11,7 @@ class Dice;
 /// Everything that a picture shows, in metres.
 struct Stage {
   SurfaceMesh water, bodies, obstacles;
-  std::vector<Vec3> markers;  // drawn as dots
+  std::vector<Vec3> markers, spray;  // drawn as dots
   bool has_tank = false;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // the tank, or a box around the bodies
 };
@@ -43,10 +43,10 @@ class Painter {
   Vec3f transmittance(float length) const;
 
   const Stage& stage_;
-  SurfaceMesh edges_;                                              // the tank's edges as thin bars
-  SurfaceMesh dots_;                                               // one on each marker
-  RayScene opaque_, edge_scene_, water_;                           // edges cast no shadow
-  Vec3f low_, high_, absorption_;                                  // absorption in 1/m
+  SurfaceMesh edges_;                     // the tank's edges as thin bars
+  SurfaceMesh dots_, drops_;              // one on each marker, drop of spray
+  RayScene opaque_, edge_scene_, water_;  // edges cast no shadow
+  Vec3f low_, high_, absorption_;         // absorption in 1/m
   float size_ = 1.0f, near_ = 0.0f, ground_ = 0.0f, tile_ = 1.0f;  // m
 };
 

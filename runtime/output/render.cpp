@@ -117,6 +117,8 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
     stage.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
     stage.markers.clear();
     if (!files.markers.empty()) stage.markers = read_vtp(files.markers).vertices;
+    stage.spray.clear();
+    if (!files.spray.empty()) stage.spray = read_vtp(files.spray).vertices;
     const Image image =
         Painter(stage).paint(camera, options.width, options.height, options.samples);
     write_png(picture_path(folder, files.number), image);

@@ -108,7 +108,7 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation) {
   const SimulationOptions& o = simulation.options();
-  const MemoryEstimate memory = estimate_memory(o, simulation.all_bodies());
+  const MemoryEstimate memory = estimate_memory(o, simulation.grid(), simulation.all_bodies());
   std::vector<std::string> lines = {
       "archetide " + manifest.version + " (" + manifest.build + ", " +
           std::to_string(setup.threads) + " threads)",

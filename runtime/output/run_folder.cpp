@@ -48,6 +48,8 @@ RunFolder open_run_folder(const std::string& directory) {
       frames[n].bodies = run.path + "frames/" + name;
     if (const int n = frame_number(name, "markers", "vtp"); n >= 0)
       frames[n].markers = run.path + "frames/" + name;
+    if (const int n = frame_number(name, "spray", "vtp"); n >= 0)
+      frames[n].spray = run.path + "frames/" + name;
   }
   for (auto& [number, files] : frames) {
     files.number = number;

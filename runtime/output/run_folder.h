@@ -10,7 +10,7 @@ namespace archetide {
 /// The frames of a run folder; an empty path means that the frame has no such file.
 struct FrameFiles {
   int number = 0;
-  std::string surface, bodies, markers;
+  std::string surface, bodies, markers, spray;
 };
 
 /// A run folder as render and report find it.

@@ -43,10 +43,10 @@ void check_frame_kinds(const std::vector<std::string>& kinds) {
     const auto& known = frame_kinds();
     if (std::find(known.begin(), known.end(), kind) != known.end()) continue;
     const std::string near = closest_match(kind, known);
-    throw InputError("output.frames: this version writes no \"" + kind + '"',
-                     near.empty()
-                         ? "it writes surface.ply, bodies.vtp, particles.vtp and markers.vtp"
-                         : "did you mean \"" + near + "\"?");
+    throw InputError(
+        "output.frames: this version writes no \"" + kind + '"',
+        near.empty() ? "it writes surface.ply, bodies.vtp, particles.vtp, markers.vtp and spray.vtp"
+                     : "did you mean \"" + near + "\"?");
   }
 }
 
@@ -60,7 +60,7 @@ std::string frame_file(const std::string& stem, int frame, const std::string& ex
 
 const std::vector<std::string>& frame_kinds() {
   static const std::vector<std::string> kinds = {"surface.ply", "bodies.vtp", "particles.vtp",
-                                                 "markers.vtp"};
+                                                 "markers.vtp", "spray.vtp"};
   return kinds;
 }
 
@@ -70,7 +70,7 @@ struct RunWriter::Impl {
   Progress progress;
   StatsTable stats;
   BodiesTable bodies;
-  PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd;
+  PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd, spray_pvd;
   Manifest manifest;
 
   // Since the last frame line, and since the start.
@@ -93,6 +93,7 @@ struct RunWriter::Impl {
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),
         markers_pvd(folder + "frames/markers.pvd"),
+        spray_pvd(folder + "frames/spray.pvd"),
         manifest(describe_run(setup, simulation)),
         start_time(simulation.time()) {
     if (setup.resumed) resume();
@@ -116,7 +117,7 @@ struct RunWriter::Impl {
     stats.resume(p.stats_rows);
     bodies.resume(p.bodies_rows);
     remove_frames_from(setup.directory, p.frames);
-    for (PvdIndex* pvd : {&surface_pvd, &bodies_pvd, &particles_pvd, &markers_pvd})
+    for (PvdIndex* pvd : {&surface_pvd, &bodies_pvd, &particles_pvd, &markers_pvd, &spray_pvd})
       pvd->resume(p.frames);
     const Manifest before = read_manifest(folder + "manifest.json");
     manifest.started = before.started;
@@ -170,7 +171,7 @@ struct RunWriter::Impl {
     const bool has_surface = simulation.options().has_water && fluid.phi.size() > 0;
     if (wants("surface.ply") && has_surface) {
       const std::string name = frame_file("surface", frame, "ply");
-      write_ply(folder + "frames/" + name, water_surface(simulation.options().grid, fluid.phi));
+      write_ply(folder + "frames/" + name, water_surface(simulation.grid(), fluid.phi));
       surface_pvd.add(t, name);
     }
     if (wants("bodies.vtp") && !simulation.bodies().empty()) {
@@ -188,9 +189,14 @@ struct RunWriter::Impl {
       const std::string name = frame_file("markers", frame, "vtp");
       std::vector<Vec3> velocity;
       for (const Vec3& x : fluid.markers)
-        velocity.push_back(interpolate(simulation.options().grid, fluid.u, x));
+        velocity.push_back(interpolate(simulation.grid(), fluid.u, x));
       write_markers_vtp(folder + "frames/" + name, fluid.markers, velocity, t);
       markers_pvd.add(t, name);
+    }
+    if (wants("spray.vtp") && fluid.spray.size() > 0) {
+      const std::string name = frame_file("spray", frame, "vtp");
+      write_spray_vtp(folder + "frames/" + name, fluid.spray, t);
+      spray_pvd.add(t, name);
     }
   }
 
@@ -206,7 +212,7 @@ struct RunWriter::Impl {
   }
 
   double volume_drift() const {
-    return first_volume > 0.0 ? last.water_volume / first_volume - 1.0 : 0.0;
+    return first_volume > 0.0 ? (last.water_volume + last.spray_volume) / first_volume - 1.0 : 0.0;
   }
 
   void show_frame(double t) {
@@ -256,7 +262,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   Impl& d = *impl_;
   d.stats.add(report, simulation.profile());
   d.last = report;
-  if (std::isnan(d.first_volume)) d.first_volume = report.water_volume;
+  if (std::isnan(d.first_volume)) d.first_volume = report.water_volume + report.spray_volume;
 
   d.tell_held(report, simulation);
 

@@ -44,7 +44,7 @@ struct RunSetup {
 /// markers.vtp.
 const std::vector<std::string>& frame_kinds();
 
-/// Bytes of the arrays of a run with this grid and these bodies, an estimate before it starts.
+/// Bytes of the arrays of a run with these fields and these bodies, an estimate before it starts.
 struct MemoryEstimate {
   double water = 0.0;       // B, grid arrays, multigrid, particles
   double bodies = 0.0;      // B, all instances
@@ -53,7 +53,7 @@ struct MemoryEstimate {
 };
 /// Bytes of one archetype's arrays, B.
 double archetype_bytes(const Archetype& archetype);
-MemoryEstimate estimate_memory(const SimulationOptions& options,
+MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& fields,
                                const std::vector<ReducedBody>& bodies);
 
 /// Writes a run folder while the run goes on: scene.toml, manifest.json, run.log, stats.csv,

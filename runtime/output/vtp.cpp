@@ -1,7 +1,9 @@
 #include "runtime/output/vtp.h"
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <numbers>
 #include <numeric>
 #include <sstream>
 
@@ -168,6 +170,20 @@ void write_markers_vtp(const std::string& path, const std::vector<Vec3>& positio
   text.array("velocity", "Float32", 3, flat(velocity));
   text.close("PointData");
   close_vertices(position, text);
+  write_file_atomically(path, text.file(time));
+}
+
+void write_spray_vtp(const std::string& path, const Spray& spray, double time) {
+  std::vector<float> radius;
+  for (const double v : spray.volume)
+    radius.push_back(static_cast<float>(std::cbrt(0.75 * v / std::numbers::pi)));
+  VtpText text;
+  text.open(piece(spray.size(), spray.size(), 0));
+  text.open("PointData Scalars=\"radius\" Vectors=\"velocity\"");
+  text.array("radius", "Float32", 1, radius);
+  text.array("velocity", "Float32", 3, flat(spray.velocity));
+  text.close("PointData");
+  close_vertices(spray.position, text);
   write_file_atomically(path, text.file(time));
 }
 

@@ -21,6 +21,9 @@ void write_particles_vtp(const std::string& path, const Particles& particles, do
 void write_markers_vtp(const std::string& path, const std::vector<Vec3>& position,
                        const std::vector<Vec3>& velocity, double time);
 
+/// Drops as vertices with their velocity and radius.
+void write_spray_vtp(const std::string& path, const Spray& spray, double time);
+
 /// A ParaView collection file, one entry a frame, rewritten whole at each frame.
 class PvdIndex {
  public:

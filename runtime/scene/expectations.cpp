@@ -42,8 +42,9 @@ double calm_level(const SimulationOptions& options, double water_volume,
 }
 
 double VolumeDrift::observe(const StepReport& report) {
-  if (first_ < 0.0) first_ = report.water_volume;
-  return first_ > 0.0 ? report.water_volume / first_ - 1.0 : 0.0;
+  const double volume = report.water_volume + report.spray_volume;
+  if (first_ < 0.0) first_ = volume;
+  return first_ > 0.0 ? volume / first_ - 1.0 : 0.0;
 }
 
 Expectations::Expectations(ExpectSpec spec, double end_time)

@@ -8,7 +8,7 @@
 
 namespace archetide {
 
-/// Water volume against that of the first step.
+/// Volume of water and spray against that of the first step.
 class VolumeDrift {
  public:
   /// V / V0 - 1 of this step; 0 without water.

@@ -50,7 +50,7 @@ Culprit fastest(const Simulation& simulation) {
   Culprit culprit;
   double largest = 0.0;
   culprit.body = body_with_most(simulation, largest_surface_speed, largest);
-  const Grid& g = simulation.options().grid;
+  const Grid& g = simulation.grid();
   for (int a = 0; a < 3 && simulation.options().has_water; ++a) {
     const Array3<double>& u = simulation.fluid().u[a];
     const auto& valid = simulation.coupling().valid()[a];

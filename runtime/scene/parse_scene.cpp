@@ -50,6 +50,18 @@ WaterSpec parse_water(const Section& fluid, const SceneSpec& scene, Complaints& 
   return water;
 }
 
+void parse_beach(const Section& s, const char* const sides[], FluidSpec& fluid, Complaints& bad) {
+  Damping& beach = fluid.damping;
+  beach.rate = s.number("rate");
+  for (int side = 0; side < 4; ++side) {
+    beach.width[side] = s.number(sides[side]);
+    const double length = fluid.cell * fluid.cells[side / 2];
+    if (beach.width[side] > length * (1.0 + 1e-12))
+      bad.push_back(s.error(sides[side], "the beach is wider than the tank",
+                            "the tank is " + std::to_string(length) + " m long there"));
+  }
+}
+
 FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad) {
   FluidSpec fluid;
   fluid.where = s.location();
@@ -62,7 +74,12 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
   const char* const sides[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
   const Section walls = s.section("walls");
   for (int side = 0; side < 6; ++side) fluid.open[side] = walls.string(sides[side]) == "open";
-  if (s.has("particles")) fluid.particles_per_cell = s.integer("particles.per_cell");
+  fluid.damping.drag = s.number("drag");
+  if (s.has("beach")) parse_beach(s.section("beach"), sides, fluid, bad);
+  if (s.has("particles")) {
+    fluid.particles_per_cell = s.integer("particles.per_cell");
+    fluid.spray = s.boolean("particles.spray");
+  }
 
   const double height = fluid.cell * fluid.cells[2];
   if (fluid.water.level.value_or(0.0) > height * (1.0 + 1e-12)) {

@@ -145,7 +145,9 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
     options.reference_point = scene.fluid->origin;
     options.reference_point[2] = highest_water(*scene.fluid);
     options.open_side = scene.fluid->open;
+    options.damping = scene.fluid->damping;
     options.particles_per_cell = scene.fluid->particles_per_cell;
+    options.spray = scene.fluid->spray;
     options.volume_control = scene.fluid->volume_control;
   }
   options.wall_contact = scene.fluid.has_value();

@@ -130,6 +130,28 @@ Keys fluid_keys() {
                     .choices = {"closed", "open"},
                     .meaning = "closed = free-slip wall, open = air"});
   }
+  keys.push_back({.path = "fluid.drag",
+                  .unit = "1/s",
+                  .range = at_least(0),
+                  .fallback = "0",
+                  .meaning = "slows the water everywhere: currents fade as exp(-drag t); water has "
+                             "no viscosity here and would move on"});
+  keys.push_back({.path = "fluid.beach",
+                  .type = kTable,
+                  .fallback = "absent",
+                  .meaning = "ends of the tank that absorb waves: the water is slowed there, most "
+                             "at the side; absent = none"});
+  for (const char* side : {"xmin", "xmax", "ymin", "ymax"})
+    keys.push_back({.path = "fluid.beach." + std::string(side),
+                    .unit = "m",
+                    .range = at_least(0),
+                    .fallback = "0",
+                    .meaning = "its width from that side"});
+  keys.push_back({.path = "fluid.beach.rate",
+                  .unit = "1/s",
+                  .range = above(0),
+                  .fallback = "required",
+                  .meaning = "at the side; it falls with the square of the way into the tank"});
   keys.push_back({.path = "fluid.particles",
                   .type = kTable,
                   .fallback = "absent",
@@ -139,6 +161,13 @@ Keys fluid_keys() {
                   .range = between(1, 512),
                   .fallback = "64",
                   .meaning = "marker particles in a cell near the surface"});
+  keys.push_back({.path = "fluid.particles.spray",
+                  .type = kBool,
+                  .fallback = "false",
+                  .meaning =
+                      "water particles that come away from the surface fly on as drops, with "
+                      "their share of the water, until they fall into it again; write them "
+                      "with output.frames = [\"spray.vtp\"]"});
   return keys;
 }
 
@@ -505,7 +534,7 @@ Keys result_keys() {
   return {{.path = "output.frames",
            .type = kStrings,
            .fallback = "[\"surface.ply\", \"bodies.vtp\"]",
-           .choices = {"surface.ply", "bodies.vtp", "particles.vtp", "markers.vtp"},
+           .choices = {"surface.ply", "bodies.vtp", "particles.vtp", "markers.vtp", "spray.vtp"},
            .meaning = "files written every frame",
            .later = "this kind of frame",
            .later_values = {"surface.vdb", "phi.vti"}},

@@ -44,7 +44,9 @@ struct FluidSpec {
   double density = 1000.0;     // kg/m^3
   WaterSpec water;
   Sides open{};                // order of enum Side
+  Damping damping;
   int particles_per_cell = 0;  // 0: plain level set
+  bool spray = false;
   bool volume_control = true;
 
   Vec3 high() const { return origin + cell * cells.cast<double>(); }

@@ -59,6 +59,33 @@ TEST(WaterAlone, SloshingHasItsPeriodAndKeepsItsAmplitude) {
   }
 }
 
+// Energy goes at the rate of int rate s^2 rho u^2 and half of it is kinetic, so the amplitude of a
+// mode falls as exp(-g t) with g = 1/2 int rate s^2 u^2 / int u^2; with u = grad cos(pi x) cosh(pi
+// z) of the first mode.
+TEST(WaterAlone, BeachesDampWavesAsTheirDissipationSays) {
+  const double period = 1.181815523, depth = 0.5, kh = M_PI * depth;
+  Damping beach;
+  beach.width = {0.5, 0.3, 0.0, 0.0};
+  beach.rate = 1.0;
+  const double along = std::sinh(2 * kh) / (4 * M_PI) + depth / 2,  // int cosh^2(pi z) dz
+      upward = std::sinh(2 * kh) / (4 * M_PI) - depth / 2;          // int sinh^2(pi z) dz
+  double slowed = 0.0, all = 0.0;
+  constexpr int kPoints = 2000;
+  for (int p = 0; p < kPoints; ++p) {
+    const double x = (p + 0.5) / kPoints;
+    const double s = std::max({1.0 - x / 0.5, 1.0 - (1.0 - x) / 0.3, 0.0});
+    const double u2 =
+        std::pow(std::sin(M_PI * x), 2) * along + std::pow(std::cos(M_PI * x), 2) * upward;
+    slowed += beach.rate * s * s * u2, all += u2;
+  }
+  const double expected = 0.5 * slowed / all * period;
+  const double calm = sloshing(64, 0.01, 0).decay, damped = sloshing(64, 0.01, 0, beach).decay;
+  const double measured = std::log(1.0 - calm) - std::log(1.0 - damped);
+  std::printf("damping a period: %.5f, expected %.5f\n", measured, expected);
+  // Of second order in rate / omega: (1/5.3)^2 of it, and the peaks' own accuracy.
+  EXPECT_NEAR(measured / expected, 1.0, 0.04);
+}
+
 TEST(WaterAlone, SteepWavesKeepTheirVolume) {
   // 0.3 % of 0.5 m of water are 0.05 cells of level, twice what is measured. A velocity continued
   // by slopes alone lost 0.7 % and 1.5 % in 3 s.

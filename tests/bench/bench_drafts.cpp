@@ -29,7 +29,7 @@ bool is_neutral(double ratio) { return std::abs(ratio - 1.0) < 1e-3; }
 // Mean height of the water on a circle of two radii about the body, m.
 double level_around(const Simulation& simulation, const Vec3& centre, double radius) {
   constexpr int kPoints = 16;
-  const Grid& g = simulation.options().grid;
+  const Grid& g = simulation.grid();
   double sum = 0.0;
   for (int n = 0; n < kPoints; ++n) {
     const double angle = 2.0 * M_PI * n / kPoints;
@@ -44,7 +44,7 @@ double level_around(const Simulation& simulation, const Vec3& centre, double rad
 // the centre without the body.
 Vec3 velocity_around(const Simulation& simulation, const Vec3& centre, double radius) {
   constexpr int kPoints = 200;
-  const Grid& g = simulation.options().grid;
+  const Grid& g = simulation.grid();
   Vec3 sum = Vec3::Zero();
   int wet = 0;
   for (int n = 0; n < kPoints; ++n) {

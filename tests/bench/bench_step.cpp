@@ -78,6 +78,10 @@ int main_of(int nx, int ny, int nz, int particles, int steps) {
     std::printf("%6d %9.3f %8.3f %21.3f %11.0f\n", heights[t], cost[t].solve / steps,
                 cost[t].rest / steps, 1e6 * cost[t].rest / steps / cost[t].cells,
                 cost[t].bytes / 1048576.0);
+  std::printf("phases of the first, wall s a step:");
+  for (const std::string& phase : tank[0]->profile().phases())
+    std::printf(" %s %.3f", phase.c_str(), tank[0]->profile().seconds(phase) / (kWarm + steps));
+  std::printf("\n");
   std::printf("twice the air: a step %+.1f %% (outside the solve %+.1f %%), memory %+.1f %%\n",
               100.0 * ((cost[1].solve + cost[1].rest) / (cost[0].solve + cost[0].rest) - 1.0),
               100.0 * (cost[1].rest / cost[0].rest - 1.0),

@@ -195,6 +195,103 @@ TEST(H13AbsentThings, ADryTankAndABodyFarAwayChangeNotOneBit) {
   EXPECT_TRUE(test::same_bits(water.fluid().u, beside.fluid().u));
 }
 
+// Air high above the water is nobody's: no field covers it, and neither its height nor a lid
+// changes a bit.
+TEST(H13AbsentThings, TwiceTheAirChangesNotOneBit) {
+  for (const Scheme scheme : {Scheme::kNewmark, Scheme::kSingle}) {
+    const auto run = [&](int layers, bool lid) {
+      SimulationOptions o = unit_tank(16);
+      o.grid.nz = layers;
+      o.open_side[kZMax] = !lid;
+      o.particles_per_cell = 8;
+      o.body_contact = true;
+      o.scheme = scheme;
+      ReducedBody soft = make_body(random_archetype(3, 4).archetype, 4);
+      soft.position = Vec3(0.6, 0.5, 0.6);
+      auto s = std::make_unique<Simulation>(
+          o, water_where(o.grid, [](const Vec3& x) { return x[2] - 0.5 - 0.05 * x[0]; }),
+          std::vector<ReducedBody>{soft, rigid_ball(0.15, 500.0, Vec3(0.3, 0.4, 0.75))},
+          std::vector<TriMesh>{block({0.1, 0.1, 0.0}, {0.2, 0.9, 5.0})});
+      for (int n = 0; n < 20; ++n) s->step(0.01);
+      return s;
+    };
+    const auto low = run(32, false), high = run(64, true);
+    EXPECT_EQ(low->grid().nz, high->grid().nz);
+    EXPECT_LT(low->grid().nz, 32);
+    EXPECT_TRUE(test::same_bits(low->fluid().phi, high->fluid().phi));
+    EXPECT_TRUE(test::same_bits(low->fluid().u, high->fluid().u));
+    EXPECT_TRUE(test::same_bits(low->fluid().particles, high->fluid().particles));
+    for (int b = 0; b < 2; ++b) EXPECT_TRUE(low->bodies()[b].P == high->bodies()[b].P);
+  }
+}
+
+// Drops and water together are the water that there was, while volume control gives back what the
+// surface loses; all of them come down again.
+TEST(H03LargeSteps, SprayOfADamBreakIsWaterThatComesBack) {
+  SimulationOptions o = unit_tank(16);
+  o.grid.nz = 64;  // it shoots up the wall
+  o.particles_per_cell = 16;
+  o.tolerance = 1e-6;
+  o.spray = true;
+  Simulation s(o,
+               water_where(o.grid, [](const Vec3& x) { return std::max(x[0] - 0.4, x[2] - 0.8); }),
+               {}, {});
+  double first = 0.0, drift = 0.0, most = 0.0;
+  std::size_t drops = 0;
+  run_to(s, 1.2, 0.02, [&](const StepReport& r) {
+    const double volume = r.water_volume + r.spray_volume;
+    if (first == 0.0) first = volume;
+    drift = std::max(drift, std::abs(volume / first - 1.0));
+    most = std::max(most, r.spray_volume / first);
+    drops = std::max(drops, s.fluid().spray.size());
+  });
+  std::printf("at most %zu drops, %.2f %% of the water\n", drops, 100.0 * most);
+  EXPECT_GT(drops, 10u);
+  expect_at_most("drift of water and drops", drift, 0.02);
+  expect_at_most("share of the water in the air", most, 0.1);
+}
+
+// Layers up to the highest one with water in it.
+int wet_layers(const Simulation& s) {
+  const Array3<double>& phi = s.fluid().phi;
+  int top = 0;
+  for (int k = 0; k < phi.nz(); ++k)
+    for (std::size_t n = 0; n < phi.index(0, 0, 1); ++n)
+      if (phi[phi.index(0, 0, k) + n] < 0.0) top = k + 1;
+  return top;
+}
+
+// A ball of water falls 2 m into a pool (the fields' ceiling comes down with it) and water shoots
+// up where it was (the ceiling rises again). Nothing of it may leave through the ceiling, and
+// water that is nowhere near the ceiling does not know about it.
+TEST(H13AbsentThings, TheCeilingFollowsTheWater) {
+  SimulationOptions o = unit_tank(16);
+  o.grid.nz = 64;
+  o.tolerance = 1e-6;
+  FluidState start = water_where(o.grid, [](const Vec3& x) {
+    return std::min(x[2] - 0.5, (x - Vec3(0.5, 0.5, 2.6)).norm() - 0.2);
+  });
+  Simulation s(o, std::move(start), {}, {});
+  EXPECT_GE(s.grid().nz, 45);  // the ball's top
+  int lowest = 64, highest_after = 0, least_room = 64;
+  double first = 0.0, drift = 0.0;
+  run_to(s, 1.5, 0.02, [&](const StepReport& r) {
+    if (first == 0.0) first = r.water_volume;
+    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    const int wet = wet_layers(s);
+    if (s.grid().nz < 64) least_room = std::min(least_room, s.grid().nz - wet);
+    if (s.grid().nz < lowest) lowest = s.grid().nz, highest_after = 0;
+    highest_after = std::max(highest_after, s.grid().nz);
+    EXPECT_EQ(s.fluid().u[2].nz(), s.grid().nz + 1);
+  });
+  std::printf("ceiling at %d to %d layers of 64, air below it at least %d\n", lowest, highest_after,
+              least_room);
+  EXPECT_LE(lowest, 32);             // it comes down
+  EXPECT_GT(highest_after, lowest);  // and rises again
+  EXPECT_GE(least_room, 8);          // layers that continued velocities and stencils need, and 2
+  expect_at_most("volume drift", drift, 0.02);
+}
+
 // ---- H14: bodies at and beyond the border ------------------------------------------------------
 
 TEST(H14OutsideTheTank, BodyLeavesAtTenMetresASecond) {

@@ -119,13 +119,13 @@ BoxImpact dam_break_on_box(int n) {
       const StepReport r =
           simulation.step(std::min(simulation.stable_dt(), stop - simulation.time()));
       ++result.steps, result.iterations = most_iterations(r, result.iterations);
-      const double h2 = water_height(o.grid, simulation.fluid().phi, 0.992, middle);
+      const double h2 = water_height(simulation.grid(), simulation.fluid().phi, 0.992, middle);
       if (result.passes == 0.0 && h2 >= 0.05)
         result.passes = time_before + (r.t - time_before) * (0.05 - before) / (h2 - before);
       before = h2, time_before = r.t;
     }
     (stop < 0.45 ? result.h4_04 : result.h4_05) =
-        water_height(o.grid, simulation.fluid().phi, 2.638, middle);
+        water_height(simulation.grid(), simulation.fluid().phi, 2.638, middle);
   }
   result.h2_05 = before;
   return result;

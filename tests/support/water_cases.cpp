@@ -136,7 +136,7 @@ VecX unsteady_vortices(int n, double cfl) {
   for (int p = 0; p < 9; ++p) {
     const Vec3 x(M_PI / 4 * (1 + p % 3), M_PI / 4 * (1 + p / 3), 0.5 * o.grid.dx);
     for (int a = 0; a < 2; ++a)
-      probes[2 * p + a] = interpolate_component(o.grid, simulation.fluid().u, a, x);
+      probes[2 * p + a] = interpolate_component(simulation.grid(), simulation.fluid().u, a, x);
   }
   return probes;
 }
@@ -175,8 +175,10 @@ FrontResult column_collapse(int n, double end) {
     result.iterations = most_iterations(r, result.iterations);
     const Vec3 corner = o.grid.cell_centre(0, 0, 0);
     result.time.push_back(simulation.time());
-    result.front.push_back(corner[0] + extent(o.grid, simulation.fluid().phi, corner, 0));
-    result.height.push_back(corner[2] + extent(o.grid, simulation.fluid().phi, corner, 2));
+    result.front.push_back(corner[0] +
+                           extent(simulation.grid(), simulation.fluid().phi, corner, 0));
+    result.height.push_back(corner[2] +
+                            extent(simulation.grid(), simulation.fluid().phi, corner, 2));
   }
   return result;
 }
@@ -200,7 +202,7 @@ SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
   }
   Simulation simulation(o, std::move(start), std::move(bodies), {});
   const double before =
-      water_volume(o.grid, simulation.fluid().phi, simulation.coupling().solids());
+      water_volume(simulation.grid(), simulation.fluid().phi, simulation.coupling().solids());
   SteepWavesResult result;
   constexpr double kEnd = 2.0;
   while (simulation.time() < kEnd - 1e-9) {
@@ -212,13 +214,14 @@ SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
   return result;
 }
 
-SloshResult sloshing(int n, double max_dt, int particles) {
+SloshResult sloshing(int n, double max_dt, int particles, const Damping& damping) {
   SimulationOptions o;
   o.grid = {n, 1, 3 * n / 4, 1.0 / n, Vec3::Zero()};
   o.has_water = true;
   o.open_side[kZMax] = true;
   o.max_dt = max_dt;
   o.particles_per_cell = particles;
+  o.damping = damping;
   const double depth = 0.5, amplitude = 0.01, period = 1.181815523;
   FluidState start = water_where(
       o.grid, [&](const Vec3& x) { return x[2] - depth - amplitude * std::cos(M_PI * x[0]); });
@@ -227,7 +230,7 @@ SloshResult sloshing(int n, double max_dt, int particles) {
     double sum = 0.0;
     for (int i = 0; i < n; ++i) {
       const Vec3 foot = o.grid.cell_centre(i, 0, 0);
-      const double height = foot[2] + extent(o.grid, simulation.fluid().phi, foot, 2);
+      const double height = foot[2] + extent(simulation.grid(), simulation.fluid().phi, foot, 2);
       sum += 2.0 / n * (height - depth) * std::cos(M_PI * foot[0]);
     }
     return sum;
@@ -278,8 +281,8 @@ DropResult elliptic_drop(int n, double cfl, int particles) {
       result.volume_change = r.water_volume / volume - 1.0;
       result.iterations = most_iterations(r, result.iterations);
     }
-    result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 0);
-    result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, centre, 1);
+    result.long_axis[stop] = extent(simulation.grid(), simulation.fluid().phi, centre, 0);
+    result.short_axis[stop] = extent(simulation.grid(), simulation.fluid().phi, centre, 1);
   }
   return result;
 }
@@ -310,8 +313,8 @@ DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
       result.volume_change = r.water_volume / volume - 1.0;
       result.iterations = most_iterations(r, result.iterations);
     }
-    result.long_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 2);
-    result.short_axis[stop] = extent(o.grid, simulation.fluid().phi, Vec3::Zero(), 0);
+    result.long_axis[stop] = extent(simulation.grid(), simulation.fluid().phi, Vec3::Zero(), 2);
+    result.short_axis[stop] = extent(simulation.grid(), simulation.fluid().phi, Vec3::Zero(), 0);
   }
   return result;
 }

@@ -44,7 +44,7 @@ struct SloshResult {
 };
 /// First mode of a tank of length L = 1 m, depth 0.5 m, n cells long, amplitude 0.01 m, over
 /// three periods.
-SloshResult sloshing(int n, double max_dt, int particles);
+SloshResult sloshing(int n, double max_dt, int particles, const Damping& damping = {});
 
 /// Largest speed in 1000 steps of a still tank of 16^3 cells, over sqrt(g h).
 double still_tank_speed(int particles);

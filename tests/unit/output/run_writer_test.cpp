@@ -132,8 +132,8 @@ TEST(RunWriter, AnUnknownFrameKindIsRefusedWithTheNearestOne) {
 TEST(MemoryEstimate, SharedArchetypesCountOnce) {
   const auto archetype = tetrahedron_archetype();
   const ReducedBody body = rigid_body(archetype);
-  const MemoryEstimate one = estimate_memory({}, {body}),
-                       three = estimate_memory({}, {body, body, body});
+  const MemoryEstimate one = estimate_memory({}, {}, {body}),
+                       three = estimate_memory({}, {}, {body, body, body});
   EXPECT_EQ(one.archetypes, three.archetypes);
   EXPECT_EQ(3.0 * one.bodies, three.bodies);
   EXPECT_EQ(one.water, 0.0);

@@ -33,7 +33,9 @@ cell = "1/8"
 origin = [-1, 0, 1]
 density = 900.0
 walls = { xmin = "open", xmax = "open", ymin = "open", ymax = "open", zmin = "open", zmax = "open" }
-particles = { per_cell = 16 }
+particles = { per_cell = 16, spray = true }
+beach = { xmin = 0.0625, xmax = 0.125, ymin = 0.03125, ymax = 0.25, rate = 2.5 }
+drag = 0.125
 volume_control = false
 [fluid.water]
 level = 0.4
@@ -177,6 +179,10 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.fluid->density, 900.0);
   for (const bool open : s.fluid->open) EXPECT_TRUE(open);
   EXPECT_EQ(s.fluid->particles_per_cell, 16);
+  EXPECT_TRUE(s.fluid->spray);
+  EXPECT_EQ(s.fluid->damping.width, (std::array<double, 4>{0.0625, 0.125, 0.03125, 0.25}));
+  EXPECT_EQ(s.fluid->damping.rate, 2.5);
+  EXPECT_EQ(s.fluid->damping.drag, 0.125);
   EXPECT_FALSE(s.fluid->volume_control);
   EXPECT_FALSE(s.fluid->water.full);
   EXPECT_EQ(s.fluid->water.level, 0.4);
@@ -292,6 +298,7 @@ TEST(ParseScene, AbsentSectionsSwitchOff) {
   const SceneSpec full = parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\n");
   EXPECT_TRUE(full.fluid->water.full);
   EXPECT_EQ(full.fluid->particles_per_cell, 0);
+  EXPECT_FALSE(full.fluid->damping.any());
   EXPECT_EQ(
       parse("[fluid]\ngrid = [2, 2, 2]\ncell = 1\nparticles = {}\n").fluid->particles_per_cell, 64);
 }
@@ -412,6 +419,7 @@ TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {
     grid = [8, 8, 8]
     cell = 0.1
     water = { level = 0.9, boxes = [{ low = [1, 0, 0], high = [0, 1, 1] }] }
+    beach = { ymax = 1.0, rate = 1.0 }
     [[body]]
     archetype = "a"
     position = [0, 0, 0]
@@ -425,6 +433,7 @@ TEST(ParseScene, ComplaintsThatNeedMoreThanOneKeyComeTogether) {
   )");
   expect_contains(text, "fluid.water.level: the water stands above the tank");
   expect_contains(text, "fluid.water.boxes[0].low: the first corner is not the low one");
+  expect_contains(text, "fluid.beach.ymax: the beach is wider than the tank");
   expect_contains(text, "body[0].rotation.axis: the axis has no length");
   expect_contains(text, "scatter[0].box: expected two corners");
   expect_contains(text, "expect.body[0].body: there is no body 2");
