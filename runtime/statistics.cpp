@@ -31,6 +31,7 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids) {
   Array3<double> open_cell(g.nx, g.ny, g.nz);
+#pragma omp parallel for schedule(static)
   for (std::size_t n = 0; n < open_cell.size(); ++n)
     open_cell[n] = std::clamp(1.0 - solids.cell[n], 0.0, 1.0);
   return water_volume(g, phi, &open_cell);

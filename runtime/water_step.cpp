@@ -28,6 +28,7 @@ constexpr double kChopDamping = 0.2;
 // Cells whose larger part is solid: phi is continued into them, particles die there.
 void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask) {
   mask.resize(solids.cell.nx(), solids.cell.ny(), solids.cell.nz());
+#pragma omp parallel for schedule(static)
   for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = solids.cell[n] > 0.5;
 }
 
@@ -35,25 +36,23 @@ void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask)
 // centre): where the advected velocity is wanted.
 void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
   if (target[0].size() == 0) target.resize(g, 0);
-  for (auto& component : target.axis) component.fill(0);
+  Array3<unsigned char> near(g.nx, g.ny, g.nz);
 #pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) {
-          target[0](i, j, k) = target[1](i, j, k) = 1;
-          target[2](i, j, k) = 1;
-        }
-        // The high faces in passes of their own, so that no two threads write one face.
+  for (std::size_t n = 0; n < near.size(); ++n) near[n] = phi[n] < g.dx;
+  for (int a = 0; a < 3; ++a) {
+    Array3<unsigned char>& faces = target[a];
+    const int last[3] = {g.nx - 1, g.ny - 1, g.nz - 1};
 #pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) target[0](i + 1, j, k) = target[1](i, j + 1, k) = 1;
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i)
-        if (phi(i, j, k) < g.dx) target[2](i, j, k + 1) = 1;
+    for (int k = 0; k < faces.nz(); ++k)
+      for (int j = 0; j < faces.ny(); ++j) {
+        const bool x = a == 0, y = a == 1, z = a == 2;
+        const unsigned char* low = &near(0, std::max(j - y, 0), std::max(k - z, 0));
+        const unsigned char* high = &near(0, std::min(j, last[1]), std::min(k, last[2]));
+        unsigned char* out = &faces(0, j, k);
+        for (int i = x; i < g.nx; ++i) out[i] = low[i - x] | high[i];
+        if (x) out[0] = high[0], out[g.nx] = high[g.nx - 1];
+      }
+  }
 }
 
 // Layers, in eights and at most `full`, that end above what a step reads and writes of the air: the
@@ -241,12 +240,14 @@ void WaterStep::control_volume(const Coupling& coupling) {
   const double missing = volume_wanted - volume;
   if (!options_.volume_control || std::abs(missing) <= kNothing * volume_wanted) return;
   std::size_t cut = 0;  // open cells that the surface crosses
+#pragma omp parallel for schedule(static) reduction(+ : cut)
   for (std::size_t n = 0; n < fluid.phi.size(); ++n)
     cut += std::abs(fluid.phi[n]) < 0.5 * g.dx && coupling.solids().cell[n] < 0.5;
   if (cut == 0) return;
   const double area = static_cast<double>(cut) * g.dx * g.dx;
   const double shift = std::clamp(missing / area, -kMaxShift * g.dx, kMaxShift * g.dx);
   move_particles_along_normal(g, fluid.phi, shift, fluid.particles);
+#pragma omp parallel for schedule(static)
   for (std::size_t n = 0; n < fluid.phi.size(); ++n) fluid.phi[n] -= shift;
   volume_given_back += shift * area;
 }
