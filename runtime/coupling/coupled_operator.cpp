@@ -124,14 +124,29 @@ void CoupledOperator::apply(const double* x, double* y) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, f[b], y);
 }
 
-void CoupledOperator::project(double* v) const {
-  if (null_vectors_.cols() == 0) return;
+// Of v, per closed region: its part along the null space, over the root of the region's cells.
+VecX CoupledOperator::null_part(const double* v) const {
   VecX sums(closed_.count());
   for (std::size_t c = 0; c < closed_.count(); ++c)
     sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
-  const VecX remove = null_vectors_ * (null_vectors_.transpose() * sums);
+  return null_vectors_ * (null_vectors_.transpose() * sums);
+}
+
+void CoupledOperator::project(double* v) const {
+  if (null_vectors_.cols() == 0) return;
+  const VecX remove = null_part(v);
   for (std::size_t c = 0; c < closed_.count(); ++c)
     closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
+}
+
+double CoupledOperator::incompatible(const double* v) const {
+  if (null_vectors_.cols() == 0) return 0.0;
+  const VecX remove = null_part(v);
+  double largest = 0.0;
+  for (std::size_t c = 0; c < closed_.count(); ++c)
+    largest =
+        std::max(largest, std::abs(remove[c]) * std::sqrt(static_cast<double>(closed_.size(c))));
+  return largest;
 }
 
 VecX CoupledOperator::closed_correction(const double* r) const {

@@ -37,6 +37,8 @@ class CoupledOperator {
   void apply(const double* x, double* y) const;
   /// Removes the null space: constants on closed water regions that no body's motion can answer.
   void project(double* v) const;
+  /// Largest sum over a closed region of what project takes from v.
+  double incompatible(const double* v) const;
 
   const PoissonOperator& water() const { return water_; }
   const ClosedComponents& closed() const { return closed_; }
@@ -69,6 +71,7 @@ class CoupledOperator {
   double water_energy(const double* x, const double* b) const;
 
  private:
+  VecX null_part(const double* v) const;
   void setup_closed_regions();
 
   PoissonOperator water_;

@@ -183,10 +183,13 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;
   pcg_.setup(operator_, multigrid_, deflation_);
+  const double incompatible = operator_.incompatible(rhs_.data());
   const double setup_wall = watch.wall(), setup_cpu = watch.cpu();
   SolveReport report = pcg_.solve(rhs_.data(), pressure.data(), pcg_options);
   report.setup_seconds = setup_wall;
   report.setup_cpu_seconds = setup_cpu;
+  report.closed_regions = static_cast<int>(operator_.closed().count());
+  report.incompatible_flow = incompatible * g.dx * g.dx;
 
   // Pressure to bodies and water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {

@@ -202,13 +202,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     const SolveReport r =
         solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve, u,
                       valid_, pressure_[stage == Stage::kVelocityFull]);
-    total.iterations += r.iterations;
-    total.residual = r.residual;
-    total.converged = r.converged;
-    total.setup_seconds += r.setup_seconds;
-    total.setup_cpu_seconds += r.setup_cpu_seconds;
-    total.solve_seconds += r.solve_seconds;
-    total.solve_cpu_seconds += r.solve_cpu_seconds;
+    total.add(r);
     bool changed = false;
     for (std::size_t b = 0; b < n; ++b) {
       if (rows[b].rows() == 0) continue;

@@ -12,9 +12,9 @@ namespace {
 
 // Directions whose added mass is below this part of the body's own cost no iterations worth saving.
 constexpr double kKept = 0.5;
-// A patch reaches beyond the body by this part of its extent, and at least so many cells. (16 bodies
-// at 0.3 in 128^3: 12 iterations with 0.12, 11 with 0.2 and 0.25, 10 with 0.3, for 9, 16 and 20 %
-// more CPU seconds; with 0.12 the count grew by a third from 64^3.)
+// A patch reaches beyond the body by this part of its extent, and at least so many cells. (16
+// bodies at 0.3 in 128^3: 12 iterations with 0.12, 11 with 0.2 and 0.25, 10 with 0.3, for 9, 16 and
+// 20 % more CPU seconds; with 0.12 the count grew by a third from 64^3.)
 constexpr double kMargin = 0.2;
 constexpr int kLeastMargin = 3;
 // Columns beyond this are not worth their dense E.

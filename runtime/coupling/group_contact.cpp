@@ -14,16 +14,6 @@ double seconds_since(Clock::time_point start) {
 
 constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
 
-void add(const SolveReport& r, SolveReport& total) {
-  total.iterations += r.iterations;
-  total.residual = r.residual;
-  total.converged = r.converged;
-  total.setup_seconds += r.setup_seconds;
-  total.setup_cpu_seconds += r.setup_cpu_seconds;
-  total.solve_seconds += r.solve_seconds;
-  total.solve_cpu_seconds += r.solve_cpu_seconds;
-}
-
 }  // namespace
 
 // The coupled solve with bodies that touch each other or are jointed. Joints are rows of the solve;
@@ -53,7 +43,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
     const SolveReport r =
         solver_.solve(options_.grid, system_, h, coupled, options_.solve, u, valid_,
                       pressure_[stage == Stage::kVelocityFull], rows.held());
-    add(r, total);
+    total.add(r);
     for (std::size_t b = 0; b < bodies.size(); ++b)
       y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
     rows.settle(y_free, coupled, results);

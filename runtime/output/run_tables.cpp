@@ -59,6 +59,8 @@ void StatsTable::write_header(const Profile& profile) {
                                     "mean_penetration",
                                     "actuation_work",
                                     "held_bodies",
+                                    "closed_regions",
+                                    "incompatible_flow",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -92,6 +94,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.volume_given_back).cell(s.spray_volume);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
   csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
+  csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

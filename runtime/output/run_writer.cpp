@@ -82,6 +82,7 @@ struct RunWriter::Impl {
   double first_volume = std::nan("");             // m^3
   double seconds_before = 0.0, cpu_before = 0.0;  // s, before it was resumed
   std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
+  double last_incompatible = -INFINITY;           // s, when closed water could not take a flow
 
   Impl(RunSetup s, const Simulation& simulation)
       : setup(std::move(s)),
@@ -133,6 +134,17 @@ struct RunWriter::Impl {
                       " is held where its elements would turn inside out");
       when->second = report.t;
     }
+  }
+
+  // Water closed in, into which more flows than a thousandth of a cell a step: where it goes is
+  // not physics. A line at most once a frame.
+  void tell_incompatible(const StepReport& report, double cell_volume) {
+    const double flow = report.velocity.incompatible_flow;
+    if (flow * report.dt <= 1e-3 * cell_volume) return;
+    if (report.t - last_incompatible > 1.0 / setup.fps)
+      progress.line("t = " + std::to_string(report.t) + " s: " + number_text(flow) +
+                    " m^3/s flow into water that is closed in and cannot take it");
+    last_incompatible = report.t;
   }
 
   std::string name_of(int b, const Simulation& simulation) const {
@@ -265,6 +277,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   if (std::isnan(d.first_volume)) d.first_volume = report.water_volume + report.spray_volume;
 
   d.tell_held(report, simulation);
+  d.tell_incompatible(report, std::pow(simulation.options().grid.dx, 3));
 
   const int iterations = std::max(report.position.iterations, report.velocity.iterations);
   const double residual = std::max(report.position.residual, report.velocity.residual);
