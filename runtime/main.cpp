@@ -14,6 +14,7 @@
 #include "runtime/output/failure_folder.h"
 #include "runtime/output/render.h"
 #include "runtime/output/report.h"
+#include "runtime/output/run_description.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/scene/expectations.h"
 #include "runtime/scene/initial_water.h"
@@ -296,8 +297,8 @@ int check(const Arguments& a) {
   ArchetypeLibrary library(scene.directory, a.archetypes);
   const BuiltScene built = build_scene(scene, library);
   const SimulationOptions& o = built.options;
-  const MemoryEstimate memory =
-      estimate_memory(o, field_grid(o, initial_fluid(scene.fluid)), built.bodies);
+  const Grid fields = field_grid(o, initial_fluid(scene.fluid));
+  const MemoryEstimate memory = estimate_memory(o, fields, built.bodies);
   const auto line = [](const std::string& name, const auto& value) {
     std::cout << std::left << std::setw(14) << name << value << '\n';
   };
@@ -312,8 +313,13 @@ int check(const Arguments& a) {
   line("water", !o.has_water              ? "none"
                 : scene.fluid->water.full ? "the tank is full, no free surface"
                                           : "free surface");
-  line("particles",
-       o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" : "none");
+  if (fields.nz < o.grid.nz)
+    line("fields",
+         "the lowest " + std::to_string(fields.nz) + " layers, as far as the water needs");
+  line("particles", o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" +
+                                               (o.spray ? ", spray" : "")
+                                         : "none");
+  line("damping", damping_text(o.damping));
   line("geometry", o.geometry == Geometry::kCutCell ? "cut-cell" : "voxel");
   line("scheme", o.scheme == Scheme::kNewmark ? "newmark (two solves)" : "single");
   line("bodies", built.bodies.size());
@@ -328,7 +334,6 @@ int check(const Arguments& a) {
   line("obstacles", built.obstacles.size());
   int markers = 0;
   for (const MarkersSpec& spec : scene.markers) markers += spec.count;
-  line("joints", built.joints.size());
   line("actuators", built.actuators.size());
   line("markers", markers);
   line("checkpoints", scene.checkpoints

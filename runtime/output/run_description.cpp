@@ -43,6 +43,8 @@ std::string switches_line(const SimulationOptions& o) {
     on += ", tolerance " + scientific(o.tolerance);
     if (o.particles_per_cell > 0)
       on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
+    if (o.spray) on += ", spray";
+    if (o.damping.any()) on += ", " + damping_text(o.damping);
   }
   if (o.wall_contact) on += ", wall contact";
   return "on         " + on;
@@ -103,6 +105,13 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
                         bodies[b].r, static_cast<double>(instance_bytes(bodies[b]))});
   }
   return m;
+}
+
+std::string damping_text(const Damping& damping) {
+  if (!damping.any()) return "none";
+  const std::string drag = damping.drag > 0.0 ? "drag " + number_text(damping.drag) + " 1/s" : "";
+  if (!damping.beaches()) return drag;
+  return (drag.empty() ? drag : drag + ", ") + "beaches";
 }
 
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,

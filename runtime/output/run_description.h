@@ -11,6 +11,9 @@ namespace archetide {
 /// What is known of a run before its first step.
 Manifest describe_run(const RunSetup& setup, const Simulation& simulation);
 
+/// "drag 0.5 1/s, beaches", or "none".
+std::string damping_text(const Damping& damping);
+
 /// The lines that a run begins with: grid, bodies, what is on, memory.
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation);
