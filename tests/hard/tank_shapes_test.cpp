@@ -251,6 +251,36 @@ TEST(H03LargeSteps, SprayOfADamBreakIsWaterThatComesBack) {
   expect_at_most("share of the water in the air", most, 0.1);
 }
 
+// The same water under a ceiling at different heights (the lid of a low tank, eights of layers of a
+// high one): nothing that a step reads lies above it. What is left are the solves.
+TEST(H13AbsentThings, TheCeilingIsHighEnough) {
+  for (const double cfl : {1.0, 4.0}) {
+    const auto run = [&](int layers) {
+      SimulationOptions o = unit_tank(16);
+      o.grid.nz = layers;
+      o.cfl = cfl;
+      o.max_dt = 0.05;
+      o.tolerance = 1e-13;
+      auto s = std::make_unique<Simulation>(
+          o, water_where(o.grid, [](const Vec3& x) { return x[2] - 0.5 - 0.2 * x[0]; }),
+          std::vector<ReducedBody>{rigid_ball(0.15, 500.0, Vec3(0.3, 0.4, 0.65))},
+          std::vector<TriMesh>());
+      for (int n = 0; n < 10; ++n) s->step(0.015 * cfl);
+      return s;
+    };
+    const int lowest = 12 + 2 * static_cast<int>(cfl) + 8;  // highest water, way, stencils
+    const auto low = run(lowest), high = run(80);
+    ASSERT_EQ(low->grid().nz, lowest);
+    ASSERT_GT(high->grid().nz, lowest);
+    ASSERT_LT(high->grid().nz, 80);
+    double apart = 0.0;
+    for (std::size_t n = 0; n < low->fluid().phi.size(); ++n)
+      apart = std::max(apart, std::abs(low->fluid().phi[n] - high->fluid().phi[n]));
+    std::printf("CFL %g, %d and %d layers\n", cfl, low->grid().nz, high->grid().nz);
+    expect_at_most("surface apart after 10 steps, cells", 16.0 * apart, 1e-8);
+  }
+}
+
 // Layers up to the highest one with water in it.
 int wet_layers(const Simulation& s) {
   const Array3<double>& phi = s.fluid().phi;
