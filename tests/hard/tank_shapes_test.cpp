@@ -474,8 +474,8 @@ TEST(H36ManySteps, RingAndWaterStayStill) { expect_ring_stays_still(100); }
 TEST(SlowH36ManySteps, RingAndWaterStayStillForTenThousandSteps) { expect_ring_stays_still(10000); }
 
 // Let go half a cell too low it bobs, and waves run through the tank for long. The aim is that they
-// gain nothing; measured every 4 s, kinetic energy is 0.5 J in the first 10 s and at most 3.0 J in
-// 40 s (738 J in 32 s before eddies were damped): a slow gain is left.
+// gain nothing: after 10 s the largest kinetic energy is 1.18 times that of the first 10 s (738 J in
+// 32 s before eddies were damped). Twice as much leaves room for the digits of a splash.
 TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
   Simulation s = floating_ring(0.47);
   double first = 0.0, drift = 0.0, early = 0.0, late = 0.0;
@@ -487,7 +487,7 @@ TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
     most = std::max(most, r.water_kinetic + r.body_kinetic);
   }
   expect_at_most("volume drift in 40 s", drift, 0.005);
-  expect_at_most("largest kinetic energy after 10 s against before", late / early, 20.0);
+  expect_at_most("largest kinetic energy after 10 s against before", late / early, 2.0);
 }
 
 // Eddies that the grid does not resolve, at a small step: without the dissipation of the upwind
