@@ -175,8 +175,8 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
 
 // The same for eight points in a row; false where the points nearest to the feet are not they
 // themselves, or not all around are solved.
-bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3],
-                      const Block c[3], Block& sum) {
+bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3], const Block c[3],
+                      Block& sum) {
   if (!all_within(c, 0.5) || to[0] < 2 || to[0] + kBlock + 2 > f.nx()) return false;
   const std::size_t n = f.index(to[0], to[1], to[2]);
   const auto stride = strides(f);

@@ -27,7 +27,7 @@ struct FluidState {
   MacField u;           // m/s; valid on open water faces, extrapolated around them
   Array3<double> phi;   // signed distance to the free surface at cell centres, m, negative in water
   Particles particles;  // empty when the scene asks for none
-  Spray spray;                // empty when the scene asks for none
+  Spray spray;          // empty when the scene asks for none
   std::vector<Vec3> markers;  // passive points, m; see markers.h
   double time = 0.0;          // s
 };

@@ -43,7 +43,7 @@ struct FluidSpec {
   Vec3 origin = Vec3::Zero();  // low corner of the tank, m
   double density = 1000.0;     // kg/m^3
   WaterSpec water;
-  Sides open{};                // order of enum Side
+  Sides open{};  // order of enum Side
   Damping damping;
   int particles_per_cell = 0;  // 0: plain level set
   bool spray = false;

@@ -21,9 +21,9 @@ const std::vector<std::string> kCode = {"common", "precompute", "runtime", "asse
 /// main.cpp.
 const Graph& allowed() {
   static const Graph graph = [] {
-    const std::set<std::string> method = {"common",          "runtime/grid",  "runtime/numerics",
-                                          "runtime/fluid",   "runtime/solid", "runtime/contact",
-                                          "runtime/articulation", "runtime/coupling"};
+    const std::set<std::string> method = {
+        "common",        "runtime/grid",    "runtime/numerics",     "runtime/fluid",
+        "runtime/solid", "runtime/contact", "runtime/articulation", "runtime/coupling"};
     std::set<std::string> users = method;
     users.insert("runtime");
     std::set<std::string> main = users;

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
-#include "common/mesh_sdf.h"
 #include "common/closest_point.h"
+#include "common/mesh_sdf.h"
 #include "precompute/elasticity.h"
 #include "precompute/tet_element.h"
 #include "precompute/tetrahedralize.h"

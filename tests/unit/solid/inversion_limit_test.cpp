@@ -95,7 +95,8 @@ TEST_P(BothOrders, AllowedShareIsTheFirstPlaceOnTheWayWhereAnElementIsTooSmall) 
   std::normal_distribution<double> normal;
   int sure = 0, stopped = 0;
   for (int n = 0; n < 300; ++n) {
-    const VecX q = 3.0 * std::pow(n / 300.0, 3) * VecX::NullaryExpr(kModes, [&] { return normal(random); });
+    const VecX q =
+        3.0 * std::pow(n / 300.0, 3) * VecX::NullaryExpr(kModes, [&] { return normal(random); });
     const double share = limit.allowed_share(q);
     for (int k = 1; k <= 20; ++k)
       EXPECT_GE(limit.least_volume(share * k / 20.0 * q), kLeast - 1e-12);
