@@ -64,7 +64,9 @@ int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid) {
   for (bool air = true; air && wet > 0; wet -= air)
     for (std::size_t n = layer * (wet - 1); n < layer * wet && air; ++n) air = fluid.phi[n] >= 0.0;
   double top = g.low()[2] + g.dx * wet;
-  for (const Vec3& x : fluid.particles.position) top = std::max(top, x[2]);
+  const std::vector<Vec3>& particles = fluid.particles.position;
+#pragma omp parallel for reduction(max : top)
+  for (std::size_t t = 0; t < particles.size(); ++t) top = std::max(top, particles[t][2]);
   constexpr int kAround = 8, kEights = 8;
   const int layers = static_cast<int>(std::ceil((top - g.low()[2]) / g.dx)) +
                      2 * static_cast<int>(std::ceil(cfl)) + kAround;

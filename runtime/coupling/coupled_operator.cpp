@@ -124,38 +124,39 @@ void CoupledOperator::apply(const double* x, double* y) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, f[b], y);
 }
 
-// Of v, per closed region: its part along the null space, over the root of the region's cells.
-VecX CoupledOperator::null_part(const double* v) const {
-  VecX sums(closed_.count());
+// Root of the number of cells of each closed region: constants over it have norm 1.
+VecX CoupledOperator::closed_norms() const {
+  VecX norm(closed_.count());
   for (std::size_t c = 0; c < closed_.count(); ++c)
-    sums[c] = closed_.mean(c, v) * std::sqrt(static_cast<double>(closed_.size(c)));
-  return null_vectors_ * (null_vectors_.transpose() * sums);
+    norm[c] = std::sqrt(static_cast<double>(closed_.size(c)));
+  return norm;
+}
+
+// Of v, per closed region: the coefficient of the constant of norm 1.
+VecX CoupledOperator::along_constants(const double* v) const {
+  VecX sums = closed_norms();
+  for (std::size_t c = 0; c < closed_.count(); ++c) sums[c] *= closed_.mean(c, v);
+  return sums;
+}
+
+// The part of that along the null space.
+VecX CoupledOperator::null_part(const double* v) const {
+  return null_vectors_ * (null_vectors_.transpose() * along_constants(v));
 }
 
 void CoupledOperator::project(double* v) const {
   if (null_vectors_.cols() == 0) return;
-  const VecX remove = null_part(v);
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    closed_.add_constant(c, -remove[c] / std::sqrt(static_cast<double>(closed_.size(c))), v);
+  const VecX remove = null_part(v).cwiseQuotient(closed_norms());
+  for (std::size_t c = 0; c < closed_.count(); ++c) closed_.add_constant(c, -remove[c], v);
 }
 
 double CoupledOperator::incompatible(const double* v) const {
   if (null_vectors_.cols() == 0) return 0.0;
-  const VecX remove = null_part(v);
-  double largest = 0.0;
-  for (std::size_t c = 0; c < closed_.count(); ++c)
-    largest =
-        std::max(largest, std::abs(remove[c]) * std::sqrt(static_cast<double>(closed_.size(c))));
-  return largest;
+  return null_part(v).cwiseProduct(closed_norms()).cwiseAbs().maxCoeff();
 }
 
 VecX CoupledOperator::closed_correction(const double* r) const {
-  VecX sums(closed_.count()), norm(closed_.count());
-  for (std::size_t c = 0; c < closed_.count(); ++c) {
-    norm[c] = std::sqrt(static_cast<double>(closed_.size(c)));
-    sums[c] = closed_.mean(c, r) * norm[c];
-  }
-  return (closed_inverse_ * sums).cwiseQuotient(norm);
+  return (closed_inverse_ * along_constants(r)).cwiseQuotient(closed_norms());
 }
 
 void CoupledOperator::add_closed_correction(const double* r, double* z) const {

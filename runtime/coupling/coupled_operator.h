@@ -71,6 +71,8 @@ class CoupledOperator {
   double water_energy(const double* x, const double* b) const;
 
  private:
+  VecX closed_norms() const;
+  VecX along_constants(const double* v) const;
   VecX null_part(const double* v) const;
   void setup_closed_regions();
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "runtime/grid/array3.h"
+#include "runtime/grid/grid.h"
 
 namespace archetide {
 
@@ -21,6 +21,15 @@ Ijk unravel(const Array3<T>& a, int n) {
   const unsigned slab = row / static_cast<unsigned>(a.ny());
   return {n - static_cast<int>(row) * a.nx(), static_cast<int>(row - slab * a.ny()),
           static_cast<int>(slab)};
+}
+
+/// The cell around x, of the outermost ones where x lies outside.
+inline int cell_of(const Grid& g, const Vec3& x) {
+  const Vec3 c = (x - g.origin) / g.dx;
+  const int i = std::clamp(static_cast<int>(c[0]), 0, g.nx - 1),
+            j = std::clamp(static_cast<int>(c[1]), 0, g.ny - 1),
+            k = std::clamp(static_cast<int>(c[2]), 0, g.nz - 1);
+  return i + g.nx * (j + g.ny * k);
 }
 
 /// Shorter lists are not worth waking the threads for.

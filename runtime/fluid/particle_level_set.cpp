@@ -55,14 +55,6 @@ struct PhiSampler {
   }
 };
 
-int cell_of(const Grid& g, const Vec3& x) {
-  const Vec3 c = (x - g.origin) / g.dx;
-  const int i = std::clamp(static_cast<int>(c[0]), 0, g.nx - 1),
-            j = std::clamp(static_cast<int>(c[1]), 0, g.ny - 1),
-            k = std::clamp(static_cast<int>(c[2]), 0, g.nz - 1);
-  return i + g.nx * (j + g.ny * k);
-}
-
 bool inside(const Mask& solid, int cell) { return solid.size() != 0 && solid[cell] != 0; }
 
 float radius_at(double distance, double dx) {

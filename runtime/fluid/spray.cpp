@@ -1,20 +1,14 @@
 #include "runtime/fluid/spray.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
+
+#include "runtime/fluid/cell_list.h"
 
 namespace archetide {
 namespace {
 
 constexpr double kAway = 1.0;  // from the surface, dx
-
-// Cell of x, each index inside the lattice.
-std::size_t cell_of(const Grid& g, const Array3<double>& phi, const Vec3& x) {
-  const Vec3 c = (x - g.origin) / g.dx;
-  const auto at = [&](int a, int n) { return std::clamp(static_cast<int>(c[a]), 0, n - 1); };
-  return phi.index(at(0, phi.nx()), at(1, phi.ny()), at(2, phi.nz()));
-}
 
 // Moves entry `from` to `to` of every list.
 void move_drop(Spray& s, std::size_t from, std::size_t to) {
@@ -32,12 +26,20 @@ double release_spray(const Grid& g, const Array3<double>& phi, const MacField& u
                      const Array3<unsigned char>& solid, int per_cell, Particles& particles,
                      Spray& spray) {
   const double drop = g.dx * g.dx * g.dx / per_cell;
+  std::vector<char> away(particles.size());
+  bool any = false;
+#pragma omp parallel for reduction(|| : any)
+  for (std::size_t t = 0; t < particles.size(); ++t) {
+    const Vec3& x = particles.position[t];
+    away[t] = particles.sign[t] < 0 && interpolate(g, phi, x) >= kAway * g.dx &&
+              (solid.size() == 0 || !solid[cell_of(g, x)]);
+    any = any || away[t];
+  }
+  if (!any) return 0.0;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < particles.size(); ++t) {
     const Vec3& x = particles.position[t];
-    const bool away = particles.sign[t] < 0 && interpolate(g, phi, x) >= kAway * g.dx &&
-                      (solid.size() == 0 || !solid[cell_of(g, phi, x)]);
-    if (away) {
+    if (away[t]) {
       spray.position.push_back(x);
       spray.velocity.push_back(interpolate(g, u, x));
       spray.volume.push_back(drop);
@@ -75,8 +77,8 @@ SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravit
       ends.left += spray.volume[t];
       continue;
     }
-    if (x[2] < fields.high()[2] && (interpolate(fields, phi, x) < 0.0 ||
-                                    (solid.size() != 0 && solid[cell_of(fields, phi, x)]))) {
+    if (x[2] < fields.high()[2] &&
+        (interpolate(fields, phi, x) < 0.0 || (solid.size() != 0 && solid[cell_of(fields, x)]))) {
       ends.landed += spray.volume[t];
       continue;
     }
