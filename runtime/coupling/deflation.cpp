@@ -365,11 +365,7 @@ void Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout,
   MatX sums = MatX::Zero(kBlock, static_cast<Eigen::Index>(p.y.size()));
   Eigen::Matrix<float, kBlock, 1> row;
   for (const Run& run : p.runs) {
-    const Segment& s = water.rows().plane(run.k)[run.segment];
-    const double* c =
-        s.uniform ? nullptr : water.coefficients(run.k, run.segment) + (run.i - s.begin);
-    product_row(layout, c, s.end - s.begin, z + layout(run.i, run.j, run.k), run.length,
-                product.data());
+    product_row(water, layout, run.k, run.segment, run.i, run.i + run.length, z, product.data());
     const double* rr = r + a.kind.index(run.i, run.j, run.k);
     for (int i = 0; i < run.length; ++i) t[i] = static_cast<float>(scale * rr[i] - product[i]);
     const Eigen::Map<const Eigen::VectorXf> values(t.data(), run.length);

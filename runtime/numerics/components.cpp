@@ -80,7 +80,7 @@ class Labelling {
     for (const Segment& s : segments)
       for (int i = s.begin; i < s.end;) {
         const int begin = i++;
-        if (s.uniform)
+        if (s.uniform())
           i = s.end;
         else
           while (i < s.end && wx[i] > 0.0) ++i;

@@ -8,16 +8,16 @@
 namespace archetide {
 namespace {
 
-// out = 6 p - the six neighbours; returns p . out
-double uniform_row(const PaddedLayout& l, const float* p, int n, double* out) {
+// out = inner p - the six neighbours; returns p . out
+double uniform_row(const PaddedLayout& l, double inner, const float* p, int n, double* out) {
   const float *south = p - l.sy, *north = p + l.sy, *down = p - l.sz, *up = p + l.sz;
   double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
   for (int i = 0; i < n; ++i) {
     const double here = p[i];
     const double q =
-        6.0 * here - ((double(p[i - 1]) + double(p[i + 1])) +
-                      (double(south[i]) + double(north[i])) + (double(down[i]) + double(up[i])));
+        inner * here - ((double(p[i - 1]) + double(p[i + 1])) +
+                        (double(south[i]) + double(north[i])) + (double(down[i]) + double(up[i])));
     out[i] = q;
     sum += here * q;
   }
@@ -42,16 +42,24 @@ double general_row(const PaddedLayout& l, const double* c, std::size_t m, const 
   return sum;
 }
 
-double row(const PaddedLayout& l, const double* c, std::size_t m, const float* p, int n,
-           double* out) {
-  return c ? general_row(l, c, m, p, n, out) : uniform_row(l, p, n, out);
-}
-
 }  // namespace
 
-void product_row(const PaddedLayout& layout, const double* c, std::size_t stride, const float* p,
-                 int n, double* out) {
-  row(layout, c, stride, p, n, out);
+double product_row(const PoissonOperator& op, const PaddedLayout& layout, int k,
+                   std::size_t segment, int begin, int end, const float* p, double* out) {
+  const Segment& s = op.rows().plane(k)[segment];
+  const float* row = p + layout(begin, s.j, k);
+  if (!s.uniform())
+    return general_row(layout, op.coefficients(k, segment) + (begin - s.begin), s.end - s.begin,
+                       row, end - begin, out);
+  double sum = uniform_row(layout, s.inner, row, end - begin, out);
+  const auto complete = [&](int i, int more) {
+    const double here = row[i - begin];
+    out[i - begin] += more * here;
+    sum += more * here * here;
+  };
+  if (begin == s.begin) complete(begin, s.first - s.inner);
+  if (end == s.end) complete(end - 1, s.last - s.inner);
+  return sum;
 }
 
 bool FusedSteps::parallel() const { return op_->unknowns() >= kParallelCells; }
@@ -70,32 +78,31 @@ double FusedSteps::direction(double step, float zs, const float* z, float beta, 
   sum_.assign(layout_.nz, 0.0);
   constexpr int kStages = 2;
   const std::size_t row_bytes = layout_.sy * (2 * sizeof(float) + 2 * sizeof(double));
-  wavefront(layout_.nz, layout_.ny, strip_rows(kStages, row_bytes), kStages, parallel(),
-            [&](int stage, int plane, int first, int end) {
-              const int k = plane + layout_.low[2];
-              const auto& all = op_->rows().plane(k);
-              const auto rows = op_->rows().rows(k, first + layout_.low[1], end + layout_.low[1]);
-              double sum = 0.0;
-              for (const Segment& s : rows) {
-                const std::size_t at = layout_(s.begin, s.j, k),
-                                  cell = a.kind.index(s.begin, s.j, k);
-                const int n = s.end - s.begin;
-                if (stage == 0) {
-                  const float* zr = z + at;
-                  float* pr = p + at;
-                  double* xr = x + cell;
+  wavefront(
+      layout_.nz, layout_.ny, strip_rows(kStages, row_bytes), kStages, parallel(),
+      [&](int stage, int plane, int first, int end) {
+        const int k = plane + layout_.low[2];
+        const auto& all = op_->rows().plane(k);
+        const auto rows = op_->rows().rows(k, first + layout_.low[1], end + layout_.low[1]);
+        double sum = 0.0;
+        for (const Segment& s : rows) {
+          const std::size_t at = layout_(s.begin, s.j, k), cell = a.kind.index(s.begin, s.j, k);
+          const int n = s.end - s.begin;
+          if (stage == 0) {
+            const float* zr = z + at;
+            float* pr = p + at;
+            double* xr = x + cell;
 #pragma omp simd
-                  for (int i = 0; i < n; ++i) {
-                    xr[i] += step * static_cast<double>(pr[i]);
-                    pr[i] = zs * zr[i] + beta * pr[i];
-                  }
-                } else {
-                  const double* c = s.uniform ? nullptr : op_->coefficients(k, &s - all.data());
-                  sum += row(layout_, c, n, p + at, n, q + cell);
-                }
-              }
-              if (stage == 1) sum_[plane] += sum;
-            });
+            for (int i = 0; i < n; ++i) {
+              xr[i] += step * static_cast<double>(pr[i]);
+              pr[i] = zs * zr[i] + beta * pr[i];
+            }
+          } else {
+            sum += product_row(*op_, layout_, k, &s - all.data(), s.begin, s.end, p, q + cell);
+          }
+        }
+        if (stage == 1) sum_[plane] += sum;
+      });
   return total();
 }
 

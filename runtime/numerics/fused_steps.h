@@ -43,9 +43,9 @@ class FusedSteps {
   std::vector<double> sum_;  // of each plane
 };
 
-/// out = (A p) on n cells of a segment from p on, in a padded layout; `c` are the segment's
-/// coefficients from there on, `stride` cells apart, or null in a uniform one.
-void product_row(const PaddedLayout& layout, const double* c, std::size_t stride, const float* p,
-                 int n, double* out);
+/// out = (A p) on the cells [begin, end) of a segment of plane k, with p in a padded layout;
+/// returns p . out.
+double product_row(const PoissonOperator& op, const PaddedLayout& layout, int k,
+                   std::size_t segment, int begin, int end, const float* p, double* out);
 
 }  // namespace archetide

@@ -164,6 +164,14 @@ void Multigrid::Impl::cycle(int l) {
   ascend(l, [](const MultigridLevel::Rows&) {});
 }
 
+// What the first stage of a way down or up takes from memory while stage 1 or 2, so many planes
+// behind it, works in the cache: the hardware does not look beyond the strip.
+MultigridLevel::Ahead ahead(int stage) {
+  if (stage == 1) return {false, 2};
+  if (stage == 2) return {true, 3};
+  return {};
+}
+
 // Red, black, red, black, and the residual to the next level.
 template <class Start>
 void Multigrid::Impl::descend(int l, Start&& start) {
@@ -175,7 +183,7 @@ void Multigrid::Impl::descend(int l, Start&& start) {
               if (stage == 0 && first == 0 && k % 2 == 0) coarse.clear_rhs(k / 2);
               if (stage == 0) return start(rows);
               if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
+              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead(stage));
             });
 }
 
@@ -188,7 +196,7 @@ void Multigrid::Impl::ascend(int l, Finish&& finish) {
             [&](int stage, int k, int first, int end) {
               const MultigridLevel::Rows rows{k, first, end};
               if (stage == 0) return level.prolong(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed);
+              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead(stage));
               if (stage == kStages - 1) finish(rows);
             });
 }

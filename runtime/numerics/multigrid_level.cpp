@@ -1,170 +1,277 @@
 #include "runtime/numerics/multigrid_level.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace archetide {
 namespace {
 
-// Rows are worked off in pieces that fit a buffer on the stack; pieces end at even i.
-constexpr int kPiece = 512;
+typedef float Lanes __attribute__((vector_size(4 * kLanes)));
+typedef float HalfLanes __attribute__((vector_size(2 * kLanes)));
+typedef int Places __attribute__((vector_size(4 * kLanes)));
+constexpr float kShare[] = {0.0f, 1.0f, 1 / 2.0f, 1 / 3.0f, 1 / 4.0f, 1 / 5.0f, 1 / 6.0f};
+constexpr Places kPlace = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-// What the row operations read around n cells: neighbours by stride; where the row is not uniform,
-// coefficients `stride` cells apart (multigrid_level.h), else null.
+template <class T, class Block>
+void read(const T* p, Block& out) {
+  std::memcpy(&out, p, sizeof(out));
+}
+template <class Block>
+void write(const Block& b, float* p) {
+  std::memcpy(p, &b, sizeof(b));
+}
+
+// Cells of a segment and what the row operations read of them: pointers to its first cell; where it
+// is not uniform, coefficients n cells apart (multigrid_level.h), else null.
 struct Row {
-  const MultigridLevel& level;
-  int j, k, begin, n;
-  const float* coefficient;
-  std::size_t stride;
-  std::size_t at() const { return level.index(begin, j, k); }
-  const float* part(int c) const { return coefficient + c * stride; }
+  const Segment& s;
+  int k, n;
+  std::size_t at, sy, sz;
+  const float *x, *b, *coefficient;
+
+  Row(const MultigridLevel& l, const Segment& segment, int plane, const float* c)
+      : s(segment),
+        k(plane),
+        n(segment.end - segment.begin),
+        at(l.index(segment.begin, segment.j, plane)),
+        sy(l.sy),
+        sz(l.sz),
+        x(l.x.data() + at),
+        b(l.b.data() + at),
+        coefficient(c) {}
+  const float* part(int c) const { return coefficient + static_cast<std::ptrdiff_t>(c) * n; }
+  int parity() const { return (s.begin + s.j + k) & 1; }
 };
 
-// f(row) for each segment of some rows, in pieces.
+// f(row) for each segment of some rows.
 template <class F>
 void for_rows(const MultigridLevel& l, const MultigridLevel::Rows& r, F&& f) {
   const Segment* all = l.rows.plane(r.k).data();
   const MultigridLevel::PlaneCoefficients& plane = l.planes[r.k];
-  for (const Segment& s : l.rows.rows(r.k, r.first, r.end)) {
-    const float* c = s.uniform ? nullptr : plane.value.data() + plane.first[&s - all];
-    for (int begin = s.begin; begin < s.end;) {
-      const int end = std::min(s.end, (begin / kPiece + 1) * kPiece);
-      f(Row{l, s.j, r.k, begin, end - begin, c ? c + (begin - s.begin) : nullptr,
-            static_cast<std::size_t>(s.end - s.begin)});
-      begin = end;
-    }
+  for (const Segment& s : l.rows.rows(r.k, r.first, r.end))
+    f(Row(l, s, r.k, s.uniform() ? nullptr : plane.value.data() + plane.first[&s - all]));
+}
+
+// Of a block of cells: their values, and those of their neighbours.
+struct Stencil {
+  Lanes here, west, east, south, north, down, up;
+
+  void sum(Lanes& out) const { out = (west + east) + (south + north) + (down + up); }
+  // The same with the coefficients of the faces, of cells from i on.
+  void sum(const Row& row, int i, Lanes& out) const {
+    Lanes xl, xh, yl, yh, zl, zh;
+    read(row.part(1) + i, xl), read(row.part(2) + i, xh), read(row.part(3) + i, yl);
+    read(row.part(4) + i, yh), read(row.part(5) + i, zl), read(row.part(6) + i, zh);
+    out = (xl * west + xh * east) + (yl * south + yh * north) + (zl * down + zh * up);
   }
+};
+
+// Which cells of a block are meant: all bits set, or none. (Comparisons of such blocks become a
+// branch for every cell in GCC 12.)
+struct Choice {
+  Places bits;
+
+  // value where meant, else otherwise
+  void select(const Lanes& value, const Lanes& otherwise, Lanes& out) const {
+    out = (Lanes)(((Places)value & bits) | ((Places)otherwise & ~bits));
+  }
+};
+
+// The cells of a block that are first, third, .. (parity 0), or the others.
+void every_second(int parity, Choice& out) {
+  static constexpr int kAlternating[kLanes + 1] = {-1, 0,  -1, 0,  -1, 0,  -1, 0, -1,
+                                                   0,  -1, 0,  -1, 0,  -1, 0,  -1};
+  read(kAlternating + parity, out.bits);
 }
 
-// x[i] = value[i] on the cells of a row where i + parity is even.
-void blend(int n, int parity, const float* value, float* x) {
-#pragma omp simd
-  for (int i = 0; i < n; ++i) x[i] = ((i + parity) & 1) == 0 ? value[i] : x[i];
+// Those from the first-th on and before the end-th.
+void stretch(int first, int end, Choice& out) {
+  static constexpr int kStretch[3 * kLanes] = {
+      0,  0,  0,  0,  0,  0,  0,  0,  0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1,
+      -1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,  0,  0,  0,  0,  0,  0,  0};
+  Places begun;
+  read(kStretch + kLanes - first, begun);
+  read(kStretch + 2 * kLanes - std::min(end, kLanes), out.bits);
+  out.bits &= begun;
 }
 
-// out = diag^-1 (b + sum w x_neighbour)   (general: 8n reads besides x)
-void relax_general(const Row& row, float* out) {
-  const MultigridLevel& l = row.level;
-  const float *x = l.x.data() + row.at(), *b = l.b.data() + row.at(), *inverse = row.part(0);
-  const float *xl = row.part(1), *xh = row.part(2), *yl = row.part(3), *yh = row.part(4),
-              *zl = row.part(5), *zh = row.part(6);
-  const float *south = x - l.sy, *north = x + l.sy, *down = x - l.sz, *up = x + l.sz;
-#pragma omp simd
-  for (int i = 0; i < row.n; ++i)
-    out[i] =
-        inverse[i] * (b[i] + (xl[i] * x[i - 1] + xh[i] * x[i + 1]) +
-                      (yl[i] * south[i] + yh[i] * north[i]) + (zl[i] * down[i] + zh[i] * up[i]));
+// f(i, inside, chosen) for blocks of the cells i, i + 1, .. of a row, from i = -shift on: which of
+// them belong to the row, and which of these are in the pattern as well.
+template <class F>
+void for_choices(const Row& row, int shift, const Choice& pattern, F&& f) {
+  const auto partly = [&](int i) {
+    Choice inside;
+    stretch(std::max(-i, 0), row.n - i, inside);
+    f(i, inside, Choice{inside.bits & pattern.bits});
+  };
+  const Choice all{Places{} - 1};
+  int i = -shift;
+  if (shift > 0) partly(i), i += kLanes;
+  for (; i + kLanes <= row.n; i += kLanes) f(i, all, pattern);
+  if (i < row.n) partly(i);
 }
 
-// out = (b / c + sum x_neighbour) / 6   (n reads besides x)
-void relax_uniform(const Row& row, float* out) {
-  const MultigridLevel& l = row.level;
-  const float *x = l.x.data() + row.at(), *b = l.b.data() + row.at();
-  const float *south = x - l.sy, *north = x + l.sy, *down = x - l.sz, *up = x + l.sz;
-  const float sixth = 1.0f / 6.0f, scale = 1.0f / (6.0f * l.c);
-#pragma omp simd
-  for (int i = 0; i < row.n; ++i)
-    out[i] =
-        scale * b[i] + sixth * ((x[i - 1] + x[i + 1]) + (south[i] + north[i]) + (down[i] + up[i]));
+// f(i, stencil, chosen) for these blocks. (The row itself is read before f changes it: a load that
+// overlaps a store still under way would wait for it.)
+template <class F>
+void for_stencils(const Row& row, int shift, const Choice& pattern, F&& f) {
+  const float* x = row.x;
+  Lanes before, after;
+  Stencil s;
+  read(x - shift - kLanes, before), read(x - shift, s.here);
+  for_choices(row, shift, pattern, [&](int i, const Choice&, const Choice& chosen) {
+    read(x + i + kLanes, after);
+    s.west = __builtin_shuffle(before, s.here, kPlace + (kLanes - 1));
+    s.east = __builtin_shuffle(s.here, after, kPlace + 1);
+    read(x + i - row.sy, s.south), read(x + i + row.sy, s.north);
+    read(x + i - row.sz, s.down), read(x + i + row.sz, s.up);
+    before = s.here;
+    f(i, s, chosen);
+    s.here = after;
+  });
 }
 
-// out = b - diag x + sum w x_neighbour
-void residual_general(const Row& row, float* out) {
-  const MultigridLevel& l = row.level;
-  const float *x = l.x.data() + row.at(), *b = l.b.data() + row.at(), *diag = row.part(7);
-  const float *xl = row.part(1), *xh = row.part(2), *yl = row.part(3), *yh = row.part(4),
-              *zl = row.part(5), *zh = row.part(6);
-  const float *south = x - l.sy, *north = x + l.sy, *down = x - l.sz, *up = x + l.sz;
-#pragma omp simd
-  for (int i = 0; i < row.n; ++i)
-    out[i] = (b[i] - diag[i] * x[i]) + (xl[i] * x[i - 1] + xh[i] * x[i + 1]) +
-             (yl[i] * south[i] + yh[i] * north[i]) + (zl[i] * down[i] + zh[i] * up[i]);
+// f(i, factor) for the ends of a uniform segment that have other neighbours than its inner cells.
+template <class F>
+void for_ends(const Segment& s, F&& f) {
+  if (s.first != s.inner) f(0, s.first);
+  if (s.last != s.inner) f(s.end - s.begin - 1, s.last);
 }
 
-// out = b - c (6 x - sum x_neighbour)
-void residual_uniform(const Row& row, float* out) {
-  const MultigridLevel& l = row.level;
-  const float *x = l.x.data() + row.at(), *b = l.b.data() + row.at();
-  const float *south = x - l.sy, *north = x + l.sy, *down = x - l.sz, *up = x + l.sz;
-  const float c = l.c;
-#pragma omp simd
-  for (int i = 0; i < row.n; ++i)
-    out[i] = b[i] + c * (((x[i - 1] + x[i + 1]) + (south[i] + north[i]) + (down[i] + up[i])) -
-                         6.0f * x[i]);
+// A cell of one colour got 1 / inner of a sum, and should get 1 / (its own neighbours).
+void complete_ends(const Row& row, int parity, float* x) {
+  if (!row.s.uniform()) return;
+  for_ends(row.s, [&](int i, int own) {
+    if (((i + parity) & 1) == 0) x[i] *= static_cast<float>(row.s.inner) * kShare[own];
+  });
 }
 
 }  // namespace
 
-void MultigridLevel::relax(const Rows& r, Colour colour) {
+// x = diag^-1 (b + sum w x_neighbour); in uniform rows (b / c + sum x_neighbour) / neighbours
+void MultigridLevel::relax(const Rows& r, Colour colour, Ahead ahead) {
+  const AlignedFloats& soon = ahead.rhs ? b : x;
+  const std::size_t further = r.k + ahead.planes < nz ? ahead.planes * sz : 0;
   for_rows(*this, r, [&](const Row& row) {
-    float value[kPiece];
-    if (row.n == 1) {  // beside a wall
-      if ((row.begin + row.j + r.k + static_cast<int>(colour)) & 1) return;
-      return relax_general(row, x.data() + row.at());
+    const int parity = row.parity() ^ static_cast<int>(colour);
+    const float* next = soon.data() + row.at + further;
+    float* out = x.data() + row.at;
+    Choice own;
+    every_second(parity, own);
+    const auto set = [&](int i, const Stencil& s, const Choice& chosen, const Lanes& value) {
+      __builtin_prefetch(next + i);
+      Lanes result;
+      chosen.select(value, s.here, result);
+      write(result, out + i);
+    };
+    if (row.coefficient) {
+      for_stencils(row, 0, own, [&](int i, const Stencil& s, const Choice& chosen) {
+        Lanes sum, rhs, inverse;
+        s.sum(row, i, sum);
+        read(row.b + i, rhs), read(row.part(0) + i, inverse);
+        set(i, s, chosen, inverse * (rhs + sum));
+      });
+      return;
     }
-    row.coefficient ? relax_general(row, value) : relax_uniform(row, value);
-    blend(row.n, row.begin + row.j + r.k + static_cast<int>(colour), value, x.data() + row.at());
+    const float share = kShare[row.s.inner], scale = share / c;
+    for_stencils(row, 0, own, [&](int i, const Stencil& s, const Choice& chosen) {
+      Lanes sum, rhs;
+      s.sum(sum);
+      read(row.b + i, rhs);
+      set(i, s, chosen, scale * rhs + share * sum);
+    });
+    complete_ends(row, parity, out);
   });
 }
 
 void MultigridLevel::start(const Rows& r) {
   for_rows(*this, r, [&](const Row& row) {
-    const float* rhs = b.data() + row.at();
-    float* out = x.data() + row.at();
-    const int parity = row.begin + row.j + r.k;
-    const float inverse = 1.0f / (6.0f * c);
-    if (const float* inv = row.coefficient) {
-#pragma omp simd
-      for (int i = 0; i < row.n; ++i) out[i] = ((i + parity) & 1) == 0 ? inv[i] * rhs[i] : 0.0f;
-    } else {
-#pragma omp simd
-      for (int i = 0; i < row.n; ++i) out[i] = ((i + parity) & 1) == 0 ? inverse * rhs[i] : 0.0f;
-    }
+    float* out = x.data() + row.at;
+    Choice own;
+    every_second(row.parity(), own);
+    const float share = row.coefficient ? 0.0f : kShare[row.s.inner] / c;
+    for_choices(row, 0, own, [&](int i, const Choice& inside, const Choice& chosen) {
+      Lanes rhs, here, inverse = share - Lanes{}, value;
+      read(row.b + i, rhs), read(out + i, here);
+      if (row.coefficient) read(row.part(0) + i, inverse);
+      chosen.select(inverse * rhs, Lanes{}, value);
+      inside.select(value, here, value);
+      write(value, out + i);
+    });
+    complete_ends(row, row.parity(), out);
   });
 }
 
 double MultigridLevel::work(const Rows& r) const {
   double total = 0.0;
   for_rows(*this, r, [&](const Row& row) {
-    const float *rhs = b.data() + row.at(), *value = x.data() + row.at();
     double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
     for (int i = 0; i < row.n; ++i)
-      sum += static_cast<double>(rhs[i]) * static_cast<double>(value[i]);
+      sum += static_cast<double>(row.b[i]) * static_cast<double>(row.x[i]);
     total += sum;
   });
   return total;
 }
 
 void MultigridLevel::clear_rhs(int k) {
-  float* plane = b.data() + index(-1, -1, k);
+  float* plane = b.data() + sz * (k + 1);
   std::fill(plane, plane + sz, 0.0f);
 }
 
+// The residual b - diag x + sum w x_neighbour, in pairs of cells (2I, 2I + 1).
 void MultigridLevel::restrict_residual(const Rows& r, MultigridLevel& coarse) const {
+  constexpr Places kEven = 2 * kPlace, kOdd = 2 * kPlace + 1;
+  const Choice all{Places{} - 1};
   for_rows(*this, r, [&](const Row& row) {
-    // The residual in pairs (2I, 2I + 1), with 0 where the segment begins or ends inside a pair.
-    float value[kPiece + 2];
-    const int shift = row.begin & 1, pairs = (shift + row.n + 1) / 2;
-    value[0] = value[2 * pairs - 1] = 0.0f;
-    row.coefficient ? residual_general(row, value + shift) : residual_uniform(row, value + shift);
-    float* sum = coarse.b.data() + coarse.index(row.begin / 2, row.j / 2, r.k / 2);
-#pragma omp simd
-    for (int I = 0; I < pairs; ++I) sum[I] += value[2 * I] + value[2 * I + 1];
+    const int shift = row.s.begin & 1;
+    float* to = coarse.b.data() + coarse.index(row.s.begin / 2, row.s.j / 2, r.k / 2);
+    const auto add = [&](int i, const Choice& chosen, const Lanes& residual) {
+      Lanes kept;
+      chosen.select(residual, Lanes{}, kept);
+      const Lanes pairs = __builtin_shuffle(kept, kEven) + __builtin_shuffle(kept, kOdd);
+      HalfLanes half, old;
+      std::memcpy(&half, &pairs, sizeof(half));
+      float* place = to + (i + shift) / 2;
+      read(place, old);
+      write(old + half, place);
+    };
+    if (row.coefficient) {
+      for_stencils(row, shift, all, [&](int i, const Stencil& s, const Choice& chosen) {
+        Lanes sum, rhs, diagonal;
+        s.sum(row, i, sum);
+        read(row.b + i, rhs), read(row.part(7) + i, diagonal);
+        add(i, chosen, (rhs - diagonal * s.here) + sum);
+      });
+      return;
+    }
+    const float inner = row.s.inner;
+    for_stencils(row, shift, all, [&](int i, const Stencil& s, const Choice& chosen) {
+      Lanes sum, rhs;
+      s.sum(sum);
+      read(row.b + i, rhs);
+      add(i, chosen, rhs + c * (sum - inner * s.here));
+    });
+    for_ends(row.s, [&](int i, int own) {
+      to[(i + shift) / 2] += c * static_cast<float>(row.s.inner - own) * row.x[i];
+    });
   });
 }
 
 void MultigridLevel::prolong(const Rows& r, const MultigridLevel& coarse) {
   for_rows(*this, r, [&](const Row& row) {
-    float value[kPiece + 2];
-    const int shift = row.begin & 1, pairs = (shift + row.n + 1) / 2;
-    const float* from = coarse.x.data() + coarse.index(row.begin / 2, row.j / 2, r.k / 2);
-#pragma omp simd
-    for (int I = 0; I < pairs; ++I) value[2 * I] = value[2 * I + 1] = from[I];
-    float* out = x.data() + row.at();
-    const float* add = value + shift;
-    const int parity = row.begin + row.j + r.k;
-#pragma omp simd
-    for (int i = 0; i < row.n; ++i) out[i] += ((i + parity) & 1) == 0 ? add[i] : 0.0f;
+    const int shift = row.s.begin & 1;
+    const float* from = coarse.x.data() + coarse.index(row.s.begin / 2, row.s.j / 2, r.k / 2);
+    float* out = x.data() + row.at;
+    const Places parent = (kPlace + shift) >> 1;
+    Choice own;
+    every_second(row.parity(), own);
+    for_choices(row, 0, own, [&](int i, const Choice&, const Choice& chosen) {
+      Lanes here, add, child;
+      read(out + i, here), read(from + i / 2, add);
+      chosen.select(__builtin_shuffle(add, parent), Lanes{}, child);
+      write(here + child, out + i);
+    });
   });
 }
 

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "runtime/numerics/aligned.h"
+#include "runtime/numerics/padded_layout.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/numerics/poisson_operator.h"
 #include "runtime/numerics/row_segments.h"
@@ -11,6 +13,10 @@
 namespace archetide {
 
 enum class Colour : int { kRed = 0, kBlack = 1 };  // parity of i + j + k
+
+/// Cells of a row that the row operations work on at once; after the last cell there is room for
+/// so many.
+inline constexpr int kLanes = 16;
 
 /// One level of the multigrid: fp32 arrays on a box of cells with one ghost layer, and the row
 /// operations of the cycle. x is 0 on every cell that is no unknown; coefficients are 0 on faces
@@ -24,9 +30,9 @@ struct MultigridLevel {
   Sides open_side{};  // beyond the box lies Dirichlet
   RowSegments rows;
   std::vector<std::uint8_t> kind;  // padded, CellKind, ghosts included
-  std::vector<float> x, b;         // padded, iterate and right-hand side
-  std::vector<float> diag;         // padded
-  std::vector<float> wx, wy, wz;   // padded, coefficient of the low face of each cell
+  AlignedFloats x, b;              // padded, iterate and right-hand side
+  AlignedFloats diag;              // padded
+  AlignedFloats wx, wy, wz;        // padded, coefficient of the low face of each cell
   // The same for the cycle, only where it is not uniform: per plane, its segments one after the
   // other. A segment of n cells has n entries each of 1 / diagonal (0 where the diagonal is 0), the
   // faces at -x, +x, -y, +y, -z, +z, and the diagonal. (Read from the padded arrays the single
@@ -38,7 +44,7 @@ struct MultigridLevel {
   std::vector<PlaneCoefficients> planes;
 
   std::size_t index(int i, int j, int k) const {
-    return (i + 1) + sy * (j + 1) + sz * static_cast<std::size_t>(k + 1);
+    return (kLead + i) + sy * (j + 1) + sz * static_cast<std::size_t>(k + 1);
   }
   std::size_t bytes() const;
 
@@ -55,8 +61,13 @@ struct MultigridLevel {
   /// Rows of a strip that stays in cache over the stages of a way down or up.
   int strip(int stages) const { return strip_rows(stages, 2 * sizeof(float) * sy); }
 
+  /// What to fetch into the cache meanwhile: x, or b, so many planes further on.
+  struct Ahead {
+    bool rhs = false;
+    int planes = 0;
+  };
   /// Gauss-Seidel on the cells of one colour.
-  void relax(const Rows& r, Colour colour);
+  void relax(const Rows& r, Colour colour, Ahead ahead);
   /// x = diag^-1 b on red, 0 on black: the first red relaxation from x = 0.
   void start(const Rows& r);
   /// Sets plane k of b to 0.

@@ -39,7 +39,8 @@ std::size_t MultigridLevel::bytes() const {
 
 void MultigridLevel::resize(int nx_new, int ny_new, int nz_new) {
   nx = nx_new, ny = ny_new, nz = nz_new;
-  sy = nx + 2, sz = sy * (ny + 2);
+  const auto whole = [](std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; };
+  sy = whole(kLead + nx + kLanes - 1), sz = sy * (ny + 2);
   const std::size_t padded = sz * (nz + 2);
   for (auto* v : {&x, &b, &diag, &wx, &wy, &wz}) v->resize(padded);
   kind.resize(padded);
@@ -58,12 +59,12 @@ void MultigridLevel::pack_coefficients(int k) {
   std::size_t size = 0;
   for (const Segment& s : rows.plane(k)) {
     out.first.push_back(size);
-    if (!s.uniform) size += 8 * static_cast<std::size_t>(s.end - s.begin);
+    if (!s.uniform()) size += 8 * static_cast<std::size_t>(s.end - s.begin);
   }
-  out.value.resize(size);
+  out.value.resize(size + kLanes);  // blocks read beyond
   float* to = out.value.data();
   for (const Segment& s : rows.plane(k)) {
-    if (s.uniform) continue;
+    if (s.uniform()) continue;
     const std::size_t at = index(s.begin, s.j, k);
     const int n = s.end - s.begin;
     for (int i = 0; i < n; ++i) to[i] = inverse_of(diag[at + i]);
@@ -168,8 +169,10 @@ void MultigridLevel::load_plane(const PoissonOperator& op, const int low[3], int
   const std::size_t at = index(0, ny, k);
   load_row(nx, &a.w[1](low[0], low[1] + ny, low[2] + k), kind.data() + at - sy, kind.data() + at,
            wy.data() + at);
-  for (const Segment& s : op.rows().plane(low[2] + k))
-    rows.add(k, {s.j - low[1], s.begin - low[0], s.end - low[0], s.uniform});
+  for (Segment s : op.rows().plane(low[2] + k)) {
+    s.j -= low[1], s.begin -= low[0], s.end -= low[0];
+    rows.add(k, s);
+  }
 }
 
 // ---- the coarser levels ----
@@ -211,7 +214,7 @@ void MultigridLevel::coarsen_plane(const MultigridLevel& fine, int K) {
   std::vector<float> sum(fine.nx + 2);
 
   // sum = rows of w over fine faces j0..j1-1, k0..k1-1
-  const auto sum_rows = [&](const std::vector<float>& w, int n, int j0, int j1, int k0, int k1) {
+  const auto sum_rows = [&](const AlignedFloats& w, int n, int j0, int j1, int k0, int k1) {
     std::fill(sum.begin(), sum.end(), 0.0f);
     for (int k = k0; k < k1; ++k)
       for (int j = j0; j < j1; ++j) {
@@ -267,7 +270,7 @@ void MultigridLevel::sum_diagonal_row(int j, int k) {
 // 10 in place of 11 at 128^3.
 void MultigridLevel::add_surface(const MultigridLevel& fine, int k) {
   for (const Segment& s : fine.rows.plane(k)) {
-    if (s.uniform) continue;
+    if (s.uniform()) continue;
     const std::size_t coarse_row = index(0, s.j / 2, k / 2);
     for (int i = s.begin; i < s.end; ++i) {
       const std::size_t parent = coarse_row + i / 2, cell = fine.index(i, s.j, k);
@@ -292,14 +295,21 @@ void MultigridLevel::add_surface(const MultigridLevel& fine, int k) {
 void MultigridLevel::find_row_segments(int j, int k) {
   const std::size_t at = index(0, j, k);
   const float *x_face = wx.data() + at, *y_face = wy.data() + at, *z_face = wz.data() + at;
+  const std::uint8_t* cell = kind.data() + at;
   std::vector<RowCell> cells(nx);
   for (int i = 0; i < nx; ++i) {
-    const bool uniform = (x_face[i] == c) & (x_face[i + 1] == c) & (y_face[i] == c) &
-                         (y_face[i + sy] == c) & (z_face[i] == c) & (z_face[i + sz] == c) &
-                         (diag[at + i] == 6.0f * c);
-    cells[i] = kind[at + i] != kUnknown ? RowCell::kNone
-               : uniform                ? RowCell::kUniform
-                                        : RowCell::kGeneral;
+    int count = 0;
+    bool uniform = true;
+    const auto face = [&](std::uint8_t neighbour, float w) {
+      const bool water = neighbour == kUnknown;
+      count += water;
+      uniform &= w == (water ? c : 0.0f);
+    };
+    face(cell[i - 1], x_face[i]), face(cell[i + 1], x_face[i + 1]);
+    face(cell[i - sy], y_face[i]), face(cell[i + sy], y_face[i + sy]);
+    face(cell[i - sz], z_face[i]), face(cell[i + sz], z_face[i + sz]);
+    uniform &= count > 0 && diag[at + i] == static_cast<float>(count) * c;
+    cells[i] = cell[i] != kUnknown ? kNoUnknown : uniform ? static_cast<RowCell>(count) : kGeneral;
   }
   rows.add_row(k, j, cells.data(), nx);
 }

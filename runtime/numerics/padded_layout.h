@@ -4,6 +4,10 @@
 
 namespace archetide {
 
+/// Room before the first cell of a row of a padded layout: its ghost, and what makes rows begin on
+/// a cache line.
+inline constexpr int kLead = 16;
+
 /// A box of cells with a layer of ghosts around it: where the fp32 vectors of a solve keep the
 /// cells of the grid around the water, so that a row can read all its neighbours.
 struct PaddedLayout {
@@ -13,7 +17,7 @@ struct PaddedLayout {
 
   /// Place of cell (i, j, k) of the grid.
   std::size_t operator()(int i, int j, int k) const {
-    return static_cast<std::size_t>(i - low[0] + 1) +
+    return static_cast<std::size_t>(i - low[0] + kLead) +
            sy * static_cast<std::size_t>(j - low[1] + 1) +
            sz * static_cast<std::size_t>(k - low[2] + 1);
   }

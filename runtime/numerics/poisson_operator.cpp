@@ -8,27 +8,30 @@
 namespace archetide {
 namespace {
 
-// Classifies the cells of row (j, k).
-void classify_row(const PoissonMatrix& a, int j, int k, RowCell* cells) {
+// Classifies the cells of row (j, k). `none` is a row of cells that are no unknowns.
+void classify_row(const PoissonMatrix& a, int j, int k, const CellKind* none, RowCell* cells) {
   const std::size_t row = a.kind.index(0, j, k), sy = a.nx, sz = sy * a.ny;
   const CellKind* kind = a.kind.data() + row;
-  for (int i = 0; i < a.nx; ++i)
-    cells[i] = kind[i] == CellKind::kUnknown ? RowCell::kGeneral : RowCell::kNone;
-  if (j == 0 || k == 0 || j + 1 == a.ny || k + 1 == a.nz) return;
-
+  const CellKind *south = j > 0 ? kind - sy : none, *north = j + 1 < a.ny ? kind + sy : none;
+  const CellKind *down = k > 0 ? kind - sz : none, *up = k + 1 < a.nz ? kind + sz : none;
   const double *d = a.diag.data() + row, *wx = &a.w[0](0, j, k);
   const double *wy = &a.w[1](0, j, k), *wy_up = &a.w[1](0, j + 1, k);
   const double *wz = &a.w[2](0, j, k), *wz_up = &a.w[2](0, j, k + 1);
-  const CellKind *south = kind - sy, *north = kind + sy, *down = kind - sz, *up = kind + sz;
   const auto water = [](CellKind c) { return c == CellKind::kUnknown; };
+  const auto classify = [&](int i, CellKind west, CellKind east) {
+    const auto fits = [&](CellKind c, double w) { return !water(c) | (w == 1.0); };
+    const int count = water(west) + water(east) + water(south[i]) + water(north[i]) +
+                      water(down[i]) + water(up[i]);
+    const bool uniform = fits(west, wx[i]) & fits(east, wx[i + 1]) & fits(south[i], wy[i]) &
+                         fits(north[i], wy_up[i]) & fits(down[i], wz[i]) & fits(up[i], wz_up[i]) &
+                         (d[i] == count) & (count > 0);
+    const int cell = uniform ? count : int(kGeneral);
+    return static_cast<RowCell>(water(kind[i]) ? cell : int(kNoUnknown));
+  };
+  cells[0] = classify(0, *none, a.nx > 1 ? kind[1] : *none);
 #pragma omp simd
-  for (int i = 1; i < a.nx - 1; ++i) {
-    const bool unknowns = water(kind[i]) & water(kind[i - 1]) & water(kind[i + 1]) &
-                          water(south[i]) & water(north[i]) & water(down[i]) & water(up[i]);
-    const bool open = (wx[i] == 1.0) & (wx[i + 1] == 1.0) & (wy[i] == 1.0) & (wy_up[i] == 1.0) &
-                      (wz[i] == 1.0) & (wz_up[i] == 1.0) & (d[i] == 6.0);
-    cells[i] = unknowns & open ? RowCell::kUniform : cells[i];
-  }
+  for (int i = 1; i < a.nx - 1; ++i) cells[i] = classify(i, kind[i - 1], kind[i + 1]);
+  if (a.nx > 1) cells[a.nx - 1] = classify(a.nx - 1, kind[a.nx - 2], *none);
 }
 
 // Interior cells: y = 6 x - sum of the six neighbours.
@@ -55,12 +58,12 @@ void PoissonOperator::pack_coefficients(int k) {
   std::size_t size = 0;
   for (const Segment& s : rows_.plane(k)) {
     out.first.push_back(size);
-    if (!s.uniform) size += 7 * static_cast<std::size_t>(s.end - s.begin);
+    if (!s.uniform()) size += 7 * static_cast<std::size_t>(s.end - s.begin);
   }
   out.coefficient.resize(size);
   for (std::size_t m = 0; m < out.first.size(); ++m) {
     const Segment& s = rows_.plane(k)[m];
-    if (s.uniform) continue;
+    if (s.uniform()) continue;
     const int i = s.begin, j = s.j, n = s.end - s.begin;
     double* c = out.coefficient.data() + out.first[m];
     std::copy_n(&a.diag(i, j, k), n, c);
@@ -83,10 +86,11 @@ void PoissonOperator::setup(const PoissonMatrix& matrix) {
   planes_.resize(a.nz);
   for_each_index(a.nz, a.size() >= kParallelCells, [&](int k) {
     std::vector<RowCell> cells(a.nx);
+    const std::vector<CellKind> none(a.nx, CellKind::kOutside);
     const CellKind* kind = a.kind.data() + a.kind.index(0, 0, k);
     for (int j = 0; j < a.ny; ++j, kind += a.nx) {
       if (std::find(kind, kind + a.nx, CellKind::kUnknown) == kind + a.nx) continue;
-      classify_row(a, j, k, cells.data());
+      classify_row(a, j, k, none.data(), cells.data());
       rows_.add_row(k, j, cells.data(), a.nx);
     }
     pack_coefficients(k);
@@ -106,11 +110,23 @@ void PoissonOperator::setup(const PoissonMatrix& matrix) {
 
 void PoissonOperator::apply_segment(const Segment& s, int k, const double* x, double* y) const {
   const PoissonMatrix& a = *matrix_;
-  const std::size_t sy = a.nx, sz = sy * a.ny, begin = a.kind.index(s.begin, s.j, k);
-  if (s.uniform)
-    apply_uniform(x + begin, y + begin, s.end - s.begin, sy, sz);
-  else
-    a.apply_row(s.j, k, s.begin, s.end, x, y);
+  if (s.inner != 6) return a.apply_row(s.j, k, s.begin, s.end, x, y);
+  const std::size_t sy = a.nx, sz = sy * a.ny;
+  const int begin = s.begin + (s.first != 6), end = s.end - (s.last != 6);
+  const std::size_t row = a.kind.index(0, s.j, k);
+  apply_uniform(x + row + begin, y + row + begin, end - begin, sy, sz);
+  const auto apply_end = [&](int i, int neighbours) {
+    const std::size_t n = row + i;
+    double sum = 0.0;
+    const auto add = [&](bool inside, std::size_t m) {
+      if (inside && a.kind[m] == CellKind::kUnknown) sum += x[m];
+    };
+    add(i > 0, n - 1), add(i + 1 < a.nx, n + 1), add(s.j > 0, n - sy), add(s.j + 1 < a.ny, n + sy);
+    add(k > 0, n - sz), add(k + 1 < a.nz, n + sz);
+    y[n] = neighbours * x[n] - sum;
+  };
+  if (begin > s.begin) apply_end(s.begin, s.first);
+  if (end < s.end) apply_end(s.end - 1, s.last);
 }
 
 void PoissonOperator::apply(const double* x, double* y) const {

@@ -9,21 +9,33 @@ void RowSegments::reset(int planes) {
 
 void RowSegments::add_row(int k, int j, const RowCell* cells, int n) {
   std::vector<Segment>& out = planes_[k];
-  const auto end_of_run = [&](int i) {
-    const RowCell cell = cells[i];
-    while (i < n && cells[i] == cell) ++i;
-    return i;
+  const auto uniform = [&](int i) {
+    return i < n && cells[i] != kNoUnknown && cells[i] != kGeneral;
+  };
+  // From a uniform cell on: equal inner ones, and one more that may differ.
+  const auto end_of_uniform = [&](int i) {
+    if (!uniform(++i)) return i;
+    const RowCell inner = cells[i];
+    while (i < n && cells[i] == inner) ++i;
+    return uniform(i) ? i + 1 : i;
   };
   for (int i = 0, end; i < n; i = end) {
-    end = end_of_run(i);
-    if (cells[i] == RowCell::kNone) continue;
-    const bool uniform = cells[i] == RowCell::kUniform && end - i >= kMinUniform;
+    end = i + 1;
+    if (cells[i] == kNoUnknown) continue;
+    if (uniform(i)) {
+      end = end_of_uniform(i);
+      if (end - i >= kMinUniform) {
+        out.push_back({j, i, end, cells[i], cells[i + 1], cells[end - 1]});
+        continue;
+      }
+      end = i + 1;
+    }
     // A general stretch swallows its general left neighbour.
     Segment* last = out.empty() ? nullptr : &out.back();
-    if (!uniform && last && last->j == j && last->end == i && !last->uniform)
+    if (last && last->j == j && last->end == i && !last->uniform())
       last->end = end;
     else
-      out.push_back({j, i, end, uniform});
+      out.push_back({j, i, end});
   }
 }
 

@@ -8,15 +8,20 @@
 
 namespace archetide {
 
+/// What a cell is to the row loops: one that is no unknown (0), one whose coefficients have to be
+/// read (kGeneral), or one whose faces to unknowns all have the same coefficient and whose diagonal
+/// is that times their number, which is given (1 to 6; walls leave fewer than six).
+using RowCell = std::uint8_t;
+inline constexpr RowCell kNoUnknown = 0, kGeneral = 255;
+
 /// A stretch of unknowns [begin, end) in the x direction of row j of some plane.
 struct Segment {
   int j, begin, end;
-  bool uniform;  // interior: all six faces fully open to unknowns, so that no coefficient need be
-                 // read
-};
+  // Neighbours of its first, its inner and its last cells where no coefficient need be read; else 0
+  std::uint8_t first = 0, inner = 0, last = 0;
 
-/// What a cell is to the row loops.
-enum class RowCell : std::uint8_t { kNone, kGeneral, kUniform };
+  bool uniform() const { return inner != 0; }
+};
 
 /// The unknowns of a box as row segments, plane by plane, rows ascending: loops over them cost what
 /// the water costs, not what the box costs.

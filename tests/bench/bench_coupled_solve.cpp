@@ -183,7 +183,7 @@ double bytes_to_move(const CoupledScene& scene, const PoissonOperator& water, in
   double general = 0.0;
   for (int k = 0; k < water.rows().planes(); ++k)
     for (const Segment& s : water.rows().plane(k))
-      if (!s.uniform) general += s.end - s.begin;
+      if (!s.uniform()) general += s.end - s.begin;
   double flux = 0.0;
   for (const CoupledBody& b : scene.bodies)
     flux += 2.0 * 8.0 * b.flux.cell.size() * (b.flux.flux.rows() + 1.0);
