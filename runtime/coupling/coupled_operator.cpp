@@ -19,12 +19,15 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
     const BodyFlux& f = bodies[b].flux;
     Body& body = bodies_[b];
     body.cell.clear();
+    body.low = Vec3i(s.matrix.nx, s.matrix.ny, s.matrix.nz), body.high = Vec3i::Zero();
     body.flux.resize(f.flux.rows(), f.flux.cols());
     for (std::size_t m = 0; m < f.cell.size(); ++m) {
       if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
       body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
           f.flux.col(static_cast<Eigen::Index>(m)) / area;
       body.cell.push_back(f.cell[m]);
+      const Vec3i at = s.matrix.cell(f.cell[m]);
+      body.low = body.low.cwiseMin(at), body.high = body.high.cwiseMax(at + Vec3i::Ones());
     }
     body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
     body.inverse_mass = mass * bodies[b].inverse_mass;
@@ -165,13 +168,20 @@ void CoupledOperator::add_closed_correction(const double* r, double* z) const {
   for (std::size_t c = 0; c < closed_.count(); ++c) closed_.add_constant(c, add[c], z);
 }
 
-double CoupledOperator::water_energy(const double* x, const double* b) const {
-  double energy = dot(blocks(), x, b);
+CoupledOperator::Energies CoupledOperator::energies(const double* x, const double* b,
+                                                    const std::vector<VecX>& y,
+                                                    const std::vector<MatX>& added_mass) const {
   const std::vector<VecX> f = gather(x);
   std::vector<VecX> response = f;
   respond(response);
-  for (std::size_t n = 0; n < bodies_.size(); ++n) energy -= f[n].dot(response[n]);
-  return energy;
+  Energies e;
+  e.water = dot(blocks(), x, b);
+  for (std::size_t n = 0; n < bodies_.size(); ++n) {
+    const VecX v = y[n] - response[n];
+    e.water -= f[n].dot(response[n]);
+    e.bodies += v.dot(added_mass[n] * v);
+  }
+  return e;
 }
 
 }  // namespace archetide

@@ -11,10 +11,9 @@
 namespace archetide {
 
 struct CoupledPcgOptions {
-  double tolerance =
-      1e-8;               // of |b - A x|_2 / |b|_2, and with bodies of |e| / |x| in the energy norm
-                          // of the water, e the error: bounds the error of the bodies' velocities
-  double absolute = 0.0;  // |b - A x|_2 below which the solve ends whatever |b| is
+  double tolerance = 1e-8;  // of |b - A x|_2 / |b|_2, and of the error of the bodies' velocities
+  std::vector<VecX> y;      // the bodies' velocities before the solve, 6 + r each
+  double absolute = 0.0;    // |b - A x|_2 below which the solve ends whatever |b| is
   int max_iterations = 200;
 };
 
@@ -24,9 +23,11 @@ struct CoupledPcgOptions {
 /// and r keep agreeing in fp64).
 ///
 /// Why two tests: with Z = A_w^-1 F and the added mass M = F^T Z, a residual r leaves the bodies
-/// with an error of velocity (H + M)^-1 Z^T r, whose norm in H + M is at most |r| in A_w^-1, about
-/// sqrt(r . V r) for the cycle V. A very light body's |b|_2 tells nothing: it holds F y*, and y* is
-/// up to 1 / (density ratio) times the velocity that is left of it.
+/// with an error of velocity e = (H + M)^-1 Z^T r, and Z^T r is about F^T V r for the cycle V.
+/// (What the cycle does not see of it is at most a share of |r| in A_w^-1, about sqrt(r . V r).) A
+/// very light body's |b|_2 tells nothing: it holds F y*, and y* is up to 1 / (density ratio) times
+/// the velocity v that is left of it. So e . M e, with a rough M, is compared with v . M v; but
+/// where bodies hardly move in water that moves much, with a thousandth of the energy of the water.
 class CoupledPcg {
  public:
   /// All of them must stay as they are until the solve is over; `cycle` is set up for op.water().
@@ -41,11 +42,12 @@ class CoupledPcg {
   double true_residual(const double* b, double* x);
   double iterate(const double* b, double* x, double residual);
   double precondition(double scale);
-  bool close_enough(const double* b, double* x, double rho);
+  bool close_enough(const double* b, double* x);
+  double body_error(double scale) const;
   double apply_bodies(const float* p, double* q);
   void start_deflated(double residual, double* x);
   void respond(const float* z);
-  double treat_closed_regions(double scale);
+  double cycle_with_closed(double scale);
 
   const CoupledOperator* op_ = nullptr;
   Multigrid* cycle_ = nullptr;
@@ -55,11 +57,13 @@ class CoupledPcg {
   std::vector<double> r_, q_;                    // per cell of the grid
   std::vector<float> p_;                         // padded
   std::vector<VecX> momentum_, response_;        // Fhat^T z of each body, and H^-1 of it
+  std::vector<MatX> added_mass_, error_;         // M, and (H + M)^-1 M (H + M)^-1
 
   CoupledPcgOptions options_;
   SolveReport report_;
   double target_ = 0.0;         // of |r|_2
-  double energy_target_ = 0.0;  // of r . V r; 0 as long as it is not known
+  double energy_target_ = 0.0;  // of the square of the bodies' error; 0 as long as not known
+  double energy_ = 0.0;         // that square for the r that was preconditioned last
   double pending_ = 0.0;        // part of p_ that x has not yet received
 };
 

@@ -173,12 +173,15 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     }
     std::fill(pressure.data() + done, pressure.data() + s.matrix.kind.index(0, 0, k + 1), 0.0);
   }
-  for (std::size_t b = 0; b < bodies.size(); ++b) operator_.scatter(b, bodies[b].y, rhs_.data());
+  CoupledPcgOptions pcg_options;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    operator_.scatter(b, bodies[b].y, rhs_.data());
+    pcg_options.y.push_back(bodies[b].y);
+  }
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
   // iterated on.
   const double head = s.hydrostatics.gravity.norm() * g.dx * std::max({g.nx, g.ny, g.nz});
-  CoupledPcgOptions pcg_options;
   pcg_options.tolerance = options.tolerance;
   pcg_options.absolute = 1e-13 * to_phi * head * std::sqrt(static_cast<double>(s.unknowns) + 1.0);
   pcg_options.max_iterations = options.max_iterations;

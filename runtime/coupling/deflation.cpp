@@ -5,25 +5,22 @@
 #include <cmath>
 
 #include "runtime/numerics/fused_steps.h"
+#include "runtime/numerics/lanes.h"
 #include "runtime/numerics/multigrid.h"
 
 namespace archetide {
 namespace {
 
 // Directions whose added mass is below this part of the body's own cost no iterations worth saving.
-constexpr double kKept = 0.5;
+// (16 bodies at 0.3 in 64^3 and 128^3: 9 and 12 iterations with 0.5, 9 and 11 with 0.3 in the same
+// time.)
+constexpr double kKept = 0.3;
 // A patch reaches beyond the body by this part of its extent, and at least so many cells. (16
-// bodies at 0.3 in 128^3: 12 iterations with 0.12, 11 with 0.2 and 0.25, 10 with 0.3, for 9, 16 and
-// 20 % more CPU seconds; with 0.12 the count grew by a third from 64^3.)
+// bodies at 0.3 in 128^3: 11 iterations with 0.2, 10 with 0.3 for 20 % more seconds.)
 constexpr double kMargin = 0.2;
 constexpr int kLeastMargin = 3;
 // Columns beyond this are not worth their dense E.
 constexpr int kMostColumns = 4000;
-
-Vec3i cell_of(const PoissonMatrix& a, std::int64_t n) {
-  return {static_cast<int>(n % a.nx), static_cast<int>(n / a.nx % a.ny),
-          static_cast<int>(n / a.nx / a.ny)};
-}
 
 // The cells of `a` in a box as a matrix of their own; p = 0 on the cells around it.
 void crop(const PoissonMatrix& a, const Vec3i& low, const Vec3i& size, PoissonMatrix& out) {
@@ -63,7 +60,7 @@ class Deflation::Local {
     water_.setup(matrix_);
     cycle_.setup(water_);
     std::fill_n(cycle_.rhs(), cycle_.layout().size, 0.0f);
-    for (std::int64_t n : body_.cell) place_.push_back(place(cell_of(op.water().matrix(), n)));
+    for (std::int64_t n : body_.cell) place_.push_back(place(op.water().matrix().cell(n)));
   }
 
   // V Fhat s, at place(cell)
@@ -101,18 +98,15 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
   const PoissonMatrix& a = op.water().matrix();
   Patch p;
   p.body = static_cast<int>(b);
-  Vec3i low(a.nx, a.ny, a.nz), high = Vec3i::Zero();
-  for (std::int64_t n : op.bodies()[b].cell) {
-    const Vec3i c = cell_of(a, n);
-    low = low.cwiseMin(c), high = high.cwiseMax(c + Vec3i::Ones());
-  }
-  if (op.bodies()[b].cell.empty()) return p;
-  p.extent = (high - low).maxCoeff();
-  const int margin = std::max(kLeastMargin, static_cast<int>(kMargin * p.extent));
-  p.low = (low.array() - margin).max(0);
-  p.size = (high.array() + margin).min(Eigen::Array3i(a.nx, a.ny, a.nz)).matrix() - p.low;
+  const CoupledOperator::Body& body = op.bodies()[b];
+  if (body.cell.empty()) return p;
+  const int margin =
+      std::max(kLeastMargin, static_cast<int>(kMargin * (body.high - body.low).maxCoeff()));
+  p.low = (body.low.array() - margin).max(0);
+  p.size = (body.high.array() + margin).min(Eigen::Array3i(a.nx, a.ny, a.nz)).matrix() - p.low;
   const Vec3i end = p.low + p.size;
   for (int k = p.low[2]; k < end[2]; ++k) {
+    p.first_run.push_back(p.runs.size());
     const auto& segments = op.water().rows().plane(k);
     for (std::size_t n = 0; n < segments.size(); ++n) {
       const Segment& s = segments[n];
@@ -122,19 +116,23 @@ Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
       p.cells += to - from;
     }
   }
+  p.first_run.push_back(p.runs.size());
   return p;
 }
 
-// The directions of a body whose added mass counts, as S' = S U with U eigenvectors of S^T F F^T S:
-// the flux alone tells the added mass roughly (spheres and blobs of 6 to 60 cells in extent: up to
-// a third off what the cycle of the patch finds; the constant is measured).
+std::span<const Deflation::Run> Deflation::Patch::plane(int k) const {
+  if (k < low[2] || k >= low[2] + size[2]) return {};
+  const std::size_t from = first_run[k - low[2]], to = first_run[k - low[2] + 1];
+  return {runs.data() + from, to - from};
+}
+
+// The directions of a body whose added mass M counts, as S' = S U with U eigenvectors of S^T M S: a
+// rough M tells which.
 Deflation::Light Deflation::light_directions(const CoupledOperator& op, const Patch& p) {
-  constexpr double kAddedMass = 0.11;
   const CoupledOperator::Body& body = op.bodies()[p.body];
-  const int extent = p.extent;
-  const MatX S = root(op.own_inverse(p.body)), FS = S.transpose() * body.flux;
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(FS * FS.transpose());
-  const VecX ratio = kAddedMass * extent * eigen.eigenvalues();
+  const MatX S = root(op.own_inverse(p.body));
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(S.transpose() * body.added_mass() * S);
+  const VecX& ratio = eigen.eigenvalues();
   const Eigen::Index kept = (ratio.array() > kKept).count();
   return {S * eigen.eigenvectors().rightCols(kept), ratio.maxCoeff()};
 }
@@ -190,7 +188,7 @@ void Deflation::fill(const CoupledOperator& op, const MatX& S, Patch& p) {
   const auto dofs = S.cols();
   if (dofs == 0) return;
   Local local(op, p);
-  std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells));
+  std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells + kLanes));
   MatX K(dofs, dofs);
   for (Eigen::Index c = 0; c < dofs; ++c) {
     const float* z = local.respond(S.col(c));
@@ -200,31 +198,27 @@ void Deflation::fill(const CoupledOperator& op, const MatX& S, Patch& p) {
   }
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (K + K.transpose()));
   p.columns = static_cast<int>((eigen.eigenvalues().array() > kKept).count());
-  p.y.assign((p.columns + kBlock - 1) / kBlock, Block(p.cells * kBlock));
-  for (int block = 0; block < static_cast<int>(p.y.size()); ++block) {
-    std::vector<float> q(dofs * kBlock, 0.0f);  // dofs x kBlock
-    for (int c = 0; c < kBlock && block * kBlock + c < p.columns; ++c) {
-      const Eigen::Index e = dofs - 1 - block * kBlock - c;
-      for (Eigen::Index d = 0; d < dofs; ++d)
-        q[d * kBlock + c] = static_cast<float>(eigen.eigenvectors()(d, e) / eigen.eigenvalues()[e]);
-    }
-    for (std::size_t m = 0; m < p.cells; ++m) {
-      float sum[kBlock] = {};
-      for (Eigen::Index d = 0; d < dofs; ++d) {
-        const float z = Z[d][m], *qd = q.data() + d * kBlock;
-#pragma omp simd
-        for (int l = 0; l < kBlock; ++l) sum[l] += z * qd[l];
+  p.y.resize(p.cells * p.columns + kLanes);  // blocks go beyond
+  MatX Q = eigen.eigenvectors().rightCols(p.columns);
+  Q *= eigen.eigenvalues().tail(p.columns).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXf share = Q.cast<float>();
+  for (const Run& run : p.runs)
+    for (int c = 0; c < p.columns; ++c)
+      for (int i = 0; i < run.length; i += kLanes) {
+        Lanes sum = {}, z;
+        for (Eigen::Index d = 0; d < dofs; ++d) {
+          read_block(Z[d].data() + run.at + i, z);
+          sum += share(d, c) * z;
+        }
+        write_block(sum, p.column(run, c) + i);
       }
-      std::copy_n(sum, kBlock, p.y[block].data() + m * kBlock);
-    }
-  }
 }
 
 // E = Y^T A Y
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
-  for (Patch& p : patches_)
-    for (int block = 0; block < static_cast<int>(p.y.size()); ++block) add_product(op, p, block, E);
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t n = 0; n < patches_.size(); ++n) add_product(op, patches_[n], E);
   // Y^T F H^-1 F^T Y, body by body
   std::vector<Near> near(op.bodies().size());
   for (const Patch& p : patches_)
@@ -255,89 +249,97 @@ void Deflation::add_rows(const CoupledOperator& op, const std::vector<Near>& nea
   }
 }
 
-// Columns of one block of E from the water, Y^T (A_water y), and of Fhat^T y.
-void Deflation::add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const {
-  const PoissonMatrix& a = op.water().matrix();
-  const int first = p.first + block * kBlock,
-            columns = std::min(kBlock, p.columns - block * kBlock);
-  // y on the box and one cell around it
-  const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2);
-  const std::size_t sy = size[0], sz = sy * size[1];
-  const auto place = [&](const Vec3i& c) {
-    const Vec3i d = c - low;
-    return (d[0] + sy * d[1] + sz * d[2]) * kBlock;
-  };
-  std::vector<float> y(sz * size[2] * kBlock, 0.0f);
-  for (const Run& run : p.runs)
-    std::copy_n(p.y[block].data() + run.at * kBlock, run.length * kBlock,
-                y.data() + place(Vec3i(run.i, run.j, run.k)));
+// Products of the columns of a patch with numbers on its cells: fp32 in a plane, fp64 over planes.
+class Deflation::Dots {
+ public:
+  explicit Dots(const Patch& p) : patch_(p), lanes_(p.columns), sums_(VecX::Zero(p.columns)) {}
 
-  std::size_t touched = 0;
-  for (std::size_t c = 0; c < op.bodies().size(); ++c) {
-    const CoupledOperator::Body& body = op.bodies()[c];
-    MatX sum = MatX::Zero(body.flux.rows(), columns);
-    bool inside = false;
-    for (std::size_t m = 0; m < body.cell.size(); ++m) {
-      const Vec3i cell = cell_of(a, body.cell[m]);
-      if (((cell - low).array() < 0).any() || ((cell - low - size).array() >= 0).any()) continue;
-      const Eigen::Map<const Eigen::RowVectorXf> row(y.data() + place(cell), columns);
-      sum.noalias() += body.flux.col(static_cast<Eigen::Index>(m)) * row.cast<double>();
-      inside = true;
+  /// Adds those of cells skip, skip + 1, .. of a run with n numbers, after which 0 follows for a
+  /// block.
+  void add(const Run& run, int skip, const float* numbers, int n) {
+    if (run.k != plane_) flush(), plane_ = run.k;
+    for (int c = 0; c < patch_.columns; ++c) {
+      const float* y = patch_.column(run, c) + skip;
+      Lanes sum = lanes_[c];
+      for (int i = 0; i < n; i += kLanes) {
+        Lanes a, b;
+        read_block(y + i, a), read_block(numbers + i, b);
+        sum += a * b;
+      }
+      lanes_[c] = sum;
     }
-    if (!inside) continue;
-    if (block == 0) p.flux.emplace_back(c, MatX::Zero(body.flux.rows(), p.columns));
-    p.flux[touched++].second.middleCols(block * kBlock, columns) = sum;
+  }
+  const VecX& sums() {
+    flush();
+    return sums_;
   }
 
-  for (const Patch& other : patches_) {
-    const Vec3i from = other.low.cwiseMax(low), to = (other.low + other.size).cwiseMin(low + size);
-    if ((to.array() <= from.array()).any()) continue;
-    MatX sums = MatX::Zero(static_cast<Eigen::Index>(other.y.size()) * kBlock, kBlock);
-    for (const Run& run : other.runs) {
-      const Vec3i start(run.i, run.j, run.k);
-      if (start[1] < from[1] || start[1] >= to[1] || start[2] < from[2] || start[2] >= to[2])
-        continue;
-      const int begin = std::max(start[0], from[0]), end = std::min(start[0] + run.length, to[0]);
-      for (std::size_t ob = 0; ob < other.y.size(); ++ob) {
-        float row_sum[kBlock][kBlock] = {};
-        for (int i = begin; i < end; ++i) {
-          const std::size_t n = a.kind.index(i, run.j, run.k);
-          const Vec3i c(i, start[1], start[2]);
-          float w[kBlock];
-          const float* at = y.data() + place(c);
-          const auto neighbour = [&](int d, int side) {
-            Vec3i face = c, o = c;
-            face[d] += side > 0, o[d] += side;
-            const bool unknown = a.kind.contains(o[0], o[1], o[2]) &&
-                                 ((o - low).array() >= 0).all() &&
-                                 ((low + size - o).array() > 0).all();
-            return unknown ? a.w[d](face[0], face[1], face[2]) : 0.0;
-          };
-          const double diag = a.diag[n], xl = neighbour(0, -1), xh = neighbour(0, 1),
-                       yl = neighbour(1, -1), yh = neighbour(1, 1), zl = neighbour(2, -1),
-                       zh = neighbour(2, 1);
-          const std::ptrdiff_t dx = kBlock, dy = kBlock * static_cast<std::ptrdiff_t>(sy),
-                               dz = kBlock * static_cast<std::ptrdiff_t>(sz);
-          const float* zero = at;
-          const float *pxl = xl != 0 ? at - dx : zero, *pxh = xh != 0 ? at + dx : zero,
-                      *pyl = yl != 0 ? at - dy : zero, *pyh = yh != 0 ? at + dy : zero,
-                      *pzl = zl != 0 ? at - dz : zero, *pzh = zh != 0 ? at + dz : zero;
-#pragma omp simd
-          for (int l = 0; l < kBlock; ++l)
-            w[l] = static_cast<float>(diag * at[l] - (xl * pxl[l] + xh * pxh[l]) -
-                                      (yl * pyl[l] + yh * pyh[l]) - (zl * pzl[l] + zh * pzh[l]));
-          const float* own = other.y[ob].data() + (run.at + (i - start[0])) * kBlock;
-          for (int m = 0; m < kBlock; ++m) {
-#pragma omp simd
-            for (int l = 0; l < kBlock; ++l) row_sum[m][l] += own[m] * w[l];
-          }
-        }
-        for (int m = 0; m < kBlock; ++m)
-          for (int l = 0; l < kBlock; ++l) sums(ob * kBlock + m, l) += row_sum[m][l];
+ private:
+  void flush() {
+    for (int c = 0; c < patch_.columns; ++c) {
+      double sum = 0.0;
+      for (int l = 0; l < kLanes; ++l) sum += lanes_[c][l];
+      sums_[c] += sum, lanes_[c] = Lanes{};
+    }
+  }
+
+  const Patch& patch_;
+  int plane_ = -1;
+  std::vector<Lanes> lanes_;
+  VecX sums_;
+};
+
+// The bodies with cells in the box of p.
+void Deflation::find_flux(const CoupledOperator& op, const PaddedLayout& box, Patch& p) const {
+  const PoissonMatrix& a = op.water().matrix();
+  const Vec3i low(box.low[0], box.low[1], box.low[2]), size(box.nx, box.ny, box.nz);
+  for (std::size_t c = 0; c < op.bodies().size(); ++c) {
+    const auto& cells = op.bodies()[c].cell;
+    const bool near = std::any_of(cells.begin(), cells.end(), [&](std::int64_t n) {
+      const Vec3i at = a.cell(n) - low;
+      return (at.array() >= 0).all() && (at.array() < size.array()).all();
+    });
+    if (near) p.flux.emplace_back(c, MatX::Zero(op.bodies()[c].flux.rows(), p.columns));
+  }
+}
+
+// Columns of E from the water, Y^T (A_water y), and Fhat^T y, for the columns y of p.
+void Deflation::add_product(const CoupledOperator& op, Patch& p, MatX& E) const {
+  const PoissonMatrix& a = op.water().matrix();
+  // y on the box and one cell around it
+  const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2), high = low + size;
+  const PaddedLayout box(low.data(), size.data());
+  find_flux(op, box, p);
+  std::vector<float> y(box.size, 0.0f), numbers(a.nx + kLanes);
+  std::vector<double> product(a.nx);
+  for (int c = 0; c < p.columns; ++c) {
+    for (const Run& run : p.runs)
+      std::copy_n(p.column(run, c), run.length, y.data() + box(run.i, run.j, run.k));
+    for (auto& [b, flux] : p.flux) {
+      const CoupledOperator::Body& body = op.bodies()[b];
+      for (std::size_t m = 0; m < body.cell.size(); ++m) {
+        const Vec3i at = a.cell(body.cell[m]);
+        if ((at.array() < low.array()).any() || (at.array() >= high.array()).any()) continue;
+        flux.col(c) += static_cast<double>(y[box(at[0], at[1], at[2])]) *
+                       body.flux.col(static_cast<Eigen::Index>(m));
       }
     }
-    E.block(other.first, first, other.columns, columns) +=
-        sums.topLeftCorner(other.columns, columns);
+    for (const Patch& other : patches_) {
+      if (((other.low + other.size).array() <= low.array()).any() ||
+          (other.low.array() >= high.array()).any())
+        continue;
+      Dots dots(other);
+      for (int k = low[2]; k < high[2]; ++k)
+        for (const Run& run : other.plane(k)) {
+          const int begin = std::max(run.i, low[0]), end = std::min(run.i + run.length, high[0]);
+          if (run.j < low[1] || run.j >= high[1] || begin >= end) continue;
+          product_row(op.water(), box, k, run.segment, begin, end, y.data(), product.data());
+          std::copy_n(product.begin(), end - begin, numbers.begin());
+          std::fill_n(numbers.begin() + (end - begin), kLanes, 0.0f);
+          dots.add(run, begin - run.i, numbers.data(), end - begin);
+        }
+      E.col(p.first + c).segment(other.first, other.columns) += dots.sums();
+    }
   }
 }
 
@@ -352,7 +354,11 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
       weight_.segment(p.first, p.columns).noalias() -= flux.transpose() * response[c];
   }
   factor_.solveInPlace(weight_);
-  for (const Patch& p : patches_) scatter(layout, p, z);  // patches overlap
+  const Eigen::VectorXf share = weight_.cast<float>();
+  // Patches overlap: plane by plane.
+#pragma omp parallel for schedule(dynamic)
+  for (int k = layout.low[2]; k < layout.low[2] + layout.nz; ++k)
+    for (const Patch& p : patches_) scatter(layout, p, k, share.data() + p.first, z);
 }
 
 // The patch's entries of Y^T (scale r - A_water z).
@@ -360,35 +366,37 @@ void Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout,
                        const double* r, double scale, const float* z) {
   const PoissonMatrix& a = water.matrix();
   thread_local std::vector<double> product;
-  thread_local std::vector<float> t;
-  product.resize(a.nx), t.resize(a.nx);
-  MatX sums = MatX::Zero(kBlock, static_cast<Eigen::Index>(p.y.size()));
-  Eigen::Matrix<float, kBlock, 1> row;
+  thread_local std::vector<float> residual;
+  product.resize(a.nx), residual.resize(a.nx + kLanes);
+  Dots dots(p);
   for (const Run& run : p.runs) {
     product_row(water, layout, run.k, run.segment, run.i, run.i + run.length, z, product.data());
     const double* rr = r + a.kind.index(run.i, run.j, run.k);
-    for (int i = 0; i < run.length; ++i) t[i] = static_cast<float>(scale * rr[i] - product[i]);
-    const Eigen::Map<const Eigen::VectorXf> values(t.data(), run.length);
-    for (std::size_t block = 0; block < p.y.size(); ++block) {
-      const BlockMap y(p.y[block].data() + run.at * kBlock, kBlock, run.length);
-      row.noalias() = y * values;
-      sums.col(static_cast<Eigen::Index>(block)) += row.cast<double>();
-    }
+    for (int i = 0; i < run.length; ++i)
+      residual[i] = static_cast<float>(scale * rr[i] - product[i]);
+    std::fill_n(residual.begin() + run.length, kLanes, 0.0f);
+    dots.add(run, 0, residual.data(), run.length);
   }
-  weight_.segment(p.first, p.columns) = sums.reshaped().head(p.columns);
+  weight_.segment(p.first, p.columns) = dots.sums();
 }
 
-// z += the patch's part of Y times the weights
-void Deflation::scatter(const PaddedLayout& layout, const Patch& p, float* z) const {
-  for (std::size_t block = 0; block < p.y.size(); ++block) {
-    const int first = static_cast<int>(block) * kBlock;
-    Eigen::Matrix<float, kBlock, 1> weight = Eigen::Matrix<float, kBlock, 1>::Zero();
-    const int columns = std::min(kBlock, p.columns - first);
-    weight.head(columns) = weight_.segment(p.first + first, columns).cast<float>();
-    for (const Run& run : p.runs) {
-      const BlockMap y(p.y[block].data() + run.at * kBlock, kBlock, run.length);
-      Eigen::Map<Eigen::VectorXf> values(z + layout(run.i, run.j, run.k), run.length);
-      values.noalias() += y.transpose() * weight;
+// z += the patch's columns, each times its share, in plane k
+void Deflation::scatter(const PaddedLayout& layout, const Patch& p, int k, const float* share,
+                        float* z) {
+  for (const Run& run : p.plane(k)) {
+    float* row = z + layout(run.i, run.j, run.k);
+    for (int i = 0; i < run.length; i += kLanes) {
+      Lanes old, sum, y;
+      read_block(row + i, old);
+      sum = old;
+      for (int c = 0; c < p.columns; ++c) {
+        read_block(p.column(run, c) + i, y);
+        sum += share[c] * y;
+      }
+      Choice inside;
+      stretch(0, run.length - i, inside);
+      inside.select(sum, old, sum);
+      write_block(sum, row + i);
     }
   }
 }
@@ -397,7 +405,7 @@ std::size_t Deflation::bytes() const {
   std::size_t total = sizeof(double) * static_cast<std::size_t>(columns_) * columns_;
   for (const Patch& p : patches_) {
     total += p.runs.capacity() * sizeof(Run);
-    for (const Block& b : p.y) total += b.capacity() * sizeof(float);
+    total += p.y.capacity() * sizeof(float);
   }
   return total;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -39,28 +40,32 @@ class Deflation {
   };
 
  private:
-  static constexpr int kBlock = 16;  // columns worked on at once
-  using Block = std::vector<float>;  // kBlock x cells of the patch, a cell's columns together
-  using BlockMap = Eigen::Map<const Eigen::Matrix<float, kBlock, Eigen::Dynamic>>;
-
   /// A stretch of unknowns of a patch, within segment number `segment` of its plane.
   struct Run {
     int i, j, k;  // its first cell
     int length;
     std::size_t segment;
-    std::size_t at;  // its place in the blocks, cells
+    std::size_t at;  // unknowns of the patch before it
   };
   /// Y of one body: columns first .. first + columns - 1 on a box of cells.
   struct Patch {
     int body = 0;
-    int extent = 0;  // of the body, cells
     Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
-    std::vector<Run> runs;
-    std::size_t cells = 0;  // unknowns
+    std::vector<Run> runs;               // planes ascending
+    std::vector<std::size_t> first_run;  // of each plane of the box, and the end
+    std::size_t cells = 0;               // unknowns
     int first = 0, columns = 0;
-    std::vector<Block> y;
+    std::vector<float> y;                            // run by run: its columns one after the other
     std::vector<std::pair<std::size_t, MatX>> flux;  // body c near it, Fhat_c^T Y: dofs x columns
+
+    std::size_t place(const Run& run, int c) const {
+      return run.at * columns + static_cast<std::size_t>(c) * run.length;
+    }
+    const float* column(const Run& run, int c) const { return y.data() + place(run, c); }
+    float* column(const Run& run, int c) { return y.data() + place(run, c); }
+    std::span<const Run> plane(int k) const;  // runs of plane k of the grid
   };
+  class Dots;
   class Local;
 
   static Patch box_of(const CoupledOperator& op, std::size_t b);
@@ -76,10 +81,12 @@ class Deflation {
   void assemble(const CoupledOperator& op);
   using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
   void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
-  void add_product(const CoupledOperator& op, Patch& p, int block, MatX& E) const;
+  void find_flux(const CoupledOperator& op, const PaddedLayout& box, Patch& p) const;
+  void add_product(const CoupledOperator& op, Patch& p, MatX& E) const;
   void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
               const double* r, double scale, const float* z);
-  void scatter(const PaddedLayout& layout, const Patch& p, float* z) const;
+  static void scatter(const PaddedLayout& layout, const Patch& p, int k, const float* share,
+                      float* z);
 
   std::vector<Patch> patches_;
   int columns_ = 0;

@@ -133,9 +133,8 @@ void Multigrid::Impl::setup() {
   }
   direct.setup(levels[used - 1]);
   const MultigridLevel& fine = levels[0];
-  std::copy(low, low + 3, layout.low);
-  layout.nx = fine.nx, layout.ny = fine.ny, layout.nz = fine.nz;
-  layout.sy = fine.sy, layout.sz = fine.sz, layout.size = fine.x.size();
+  const int cells[3] = {fine.nx, fine.ny, fine.nz};
+  layout = PaddedLayout(low, cells);
 }
 
 double Multigrid::Impl::cycle_in_place() {

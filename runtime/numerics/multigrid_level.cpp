@@ -3,23 +3,13 @@
 #include <algorithm>
 #include <cstring>
 
+#include "runtime/numerics/lanes.h"
+
 namespace archetide {
 namespace {
 
-typedef float Lanes __attribute__((vector_size(4 * kLanes)));
 typedef float HalfLanes __attribute__((vector_size(2 * kLanes)));
-typedef int Places __attribute__((vector_size(4 * kLanes)));
 constexpr float kShare[] = {0.0f, 1.0f, 1 / 2.0f, 1 / 3.0f, 1 / 4.0f, 1 / 5.0f, 1 / 6.0f};
-constexpr Places kPlace = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-
-template <class T, class Block>
-void read(const T* p, Block& out) {
-  std::memcpy(&out, p, sizeof(out));
-}
-template <class Block>
-void write(const Block& b, float* p) {
-  std::memcpy(p, &b, sizeof(b));
-}
 
 // Cells of a segment and what the row operations read of them: pointers to its first cell; where it
 // is not uniform, coefficients n cells apart (multigrid_level.h), else null.
@@ -60,20 +50,11 @@ struct Stencil {
   // The same with the coefficients of the faces, of cells from i on.
   void sum(const Row& row, int i, Lanes& out) const {
     Lanes xl, xh, yl, yh, zl, zh;
-    read(row.part(1) + i, xl), read(row.part(2) + i, xh), read(row.part(3) + i, yl);
-    read(row.part(4) + i, yh), read(row.part(5) + i, zl), read(row.part(6) + i, zh);
+    read_block(row.part(1) + i, xl), read_block(row.part(2) + i, xh),
+        read_block(row.part(3) + i, yl);
+    read_block(row.part(4) + i, yh), read_block(row.part(5) + i, zl),
+        read_block(row.part(6) + i, zh);
     out = (xl * west + xh * east) + (yl * south + yh * north) + (zl * down + zh * up);
-  }
-};
-
-// Which cells of a block are meant: all bits set, or none. (Comparisons of such blocks become a
-// branch for every cell in GCC 12.)
-struct Choice {
-  Places bits;
-
-  // value where meant, else otherwise
-  void select(const Lanes& value, const Lanes& otherwise, Lanes& out) const {
-    out = (Lanes)(((Places)value & bits) | ((Places)otherwise & ~bits));
   }
 };
 
@@ -81,18 +62,7 @@ struct Choice {
 void every_second(int parity, Choice& out) {
   static constexpr int kAlternating[kLanes + 1] = {-1, 0,  -1, 0,  -1, 0,  -1, 0, -1,
                                                    0,  -1, 0,  -1, 0,  -1, 0,  -1};
-  read(kAlternating + parity, out.bits);
-}
-
-// Those from the first-th on and before the end-th.
-void stretch(int first, int end, Choice& out) {
-  static constexpr int kStretch[3 * kLanes] = {
-      0,  0,  0,  0,  0,  0,  0,  0,  0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1,
-      -1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,  0,  0,  0,  0,  0,  0,  0};
-  Places begun;
-  read(kStretch + kLanes - first, begun);
-  read(kStretch + 2 * kLanes - std::min(end, kLanes), out.bits);
-  out.bits &= begun;
+  read_block(kAlternating + parity, out.bits);
 }
 
 // f(i, inside, chosen) for blocks of the cells i, i + 1, .. of a row, from i = -shift on: which of
@@ -118,13 +88,13 @@ void for_stencils(const Row& row, int shift, const Choice& pattern, F&& f) {
   const float* x = row.x;
   Lanes before, after;
   Stencil s;
-  read(x - shift - kLanes, before), read(x - shift, s.here);
+  read_block(x - shift - kLanes, before), read_block(x - shift, s.here);
   for_choices(row, shift, pattern, [&](int i, const Choice&, const Choice& chosen) {
-    read(x + i + kLanes, after);
+    read_block(x + i + kLanes, after);
     s.west = __builtin_shuffle(before, s.here, kPlace + (kLanes - 1));
     s.east = __builtin_shuffle(s.here, after, kPlace + 1);
-    read(x + i - row.sy, s.south), read(x + i + row.sy, s.north);
-    read(x + i - row.sz, s.down), read(x + i + row.sz, s.up);
+    read_block(x + i - row.sy, s.south), read_block(x + i + row.sy, s.north);
+    read_block(x + i - row.sz, s.down), read_block(x + i + row.sz, s.up);
     before = s.here;
     f(i, s, chosen);
     s.here = after;
@@ -162,13 +132,13 @@ void MultigridLevel::relax(const Rows& r, Colour colour, Ahead ahead) {
       __builtin_prefetch(next + i);
       Lanes result;
       chosen.select(value, s.here, result);
-      write(result, out + i);
+      write_block(result, out + i);
     };
     if (row.coefficient) {
       for_stencils(row, 0, own, [&](int i, const Stencil& s, const Choice& chosen) {
         Lanes sum, rhs, inverse;
         s.sum(row, i, sum);
-        read(row.b + i, rhs), read(row.part(0) + i, inverse);
+        read_block(row.b + i, rhs), read_block(row.part(0) + i, inverse);
         set(i, s, chosen, inverse * (rhs + sum));
       });
       return;
@@ -177,7 +147,7 @@ void MultigridLevel::relax(const Rows& r, Colour colour, Ahead ahead) {
     for_stencils(row, 0, own, [&](int i, const Stencil& s, const Choice& chosen) {
       Lanes sum, rhs;
       s.sum(sum);
-      read(row.b + i, rhs);
+      read_block(row.b + i, rhs);
       set(i, s, chosen, scale * rhs + share * sum);
     });
     complete_ends(row, parity, out);
@@ -192,11 +162,11 @@ void MultigridLevel::start(const Rows& r) {
     const float share = row.coefficient ? 0.0f : kShare[row.s.inner] / c;
     for_choices(row, 0, own, [&](int i, const Choice& inside, const Choice& chosen) {
       Lanes rhs, here, inverse = share - Lanes{}, value;
-      read(row.b + i, rhs), read(out + i, here);
-      if (row.coefficient) read(row.part(0) + i, inverse);
+      read_block(row.b + i, rhs), read_block(out + i, here);
+      if (row.coefficient) read_block(row.part(0) + i, inverse);
       chosen.select(inverse * rhs, Lanes{}, value);
       inside.select(value, here, value);
-      write(value, out + i);
+      write_block(value, out + i);
     });
     complete_ends(row, row.parity(), out);
   });
@@ -233,14 +203,14 @@ void MultigridLevel::restrict_residual(const Rows& r, MultigridLevel& coarse) co
       HalfLanes half, old;
       std::memcpy(&half, &pairs, sizeof(half));
       float* place = to + (i + shift) / 2;
-      read(place, old);
-      write(old + half, place);
+      read_block(place, old);
+      write_block(old + half, place);
     };
     if (row.coefficient) {
       for_stencils(row, shift, all, [&](int i, const Stencil& s, const Choice& chosen) {
         Lanes sum, rhs, diagonal;
         s.sum(row, i, sum);
-        read(row.b + i, rhs), read(row.part(7) + i, diagonal);
+        read_block(row.b + i, rhs), read_block(row.part(7) + i, diagonal);
         add(i, chosen, (rhs - diagonal * s.here) + sum);
       });
       return;
@@ -249,7 +219,7 @@ void MultigridLevel::restrict_residual(const Rows& r, MultigridLevel& coarse) co
     for_stencils(row, shift, all, [&](int i, const Stencil& s, const Choice& chosen) {
       Lanes sum, rhs;
       s.sum(sum);
-      read(row.b + i, rhs);
+      read_block(row.b + i, rhs);
       add(i, chosen, rhs + c * (sum - inner * s.here));
     });
     for_ends(row.s, [&](int i, int own) {
@@ -268,9 +238,9 @@ void MultigridLevel::prolong(const Rows& r, const MultigridLevel& coarse) {
     every_second(row.parity(), own);
     for_choices(row, 0, own, [&](int i, const Choice&, const Choice& chosen) {
       Lanes here, add, child;
-      read(out + i, here), read(from + i / 2, add);
+      read_block(out + i, here), read_block(from + i / 2, add);
       chosen.select(__builtin_shuffle(add, parent), Lanes{}, child);
-      write(here + child, out + i);
+      write_block(here + child, out + i);
     });
   });
 }

@@ -14,10 +14,6 @@ namespace archetide {
 
 enum class Colour : int { kRed = 0, kBlack = 1 };  // parity of i + j + k
 
-/// Cells of a row that the row operations work on at once; after the last cell there is room for
-/// so many.
-inline constexpr int kLanes = 16;
-
 /// One level of the multigrid: fp32 arrays on a box of cells with one ghost layer, and the row
 /// operations of the cycle. x is 0 on every cell that is no unknown; coefficients are 0 on faces
 /// that carry nothing.

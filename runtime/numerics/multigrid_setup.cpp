@@ -39,8 +39,7 @@ std::size_t MultigridLevel::bytes() const {
 
 void MultigridLevel::resize(int nx_new, int ny_new, int nz_new) {
   nx = nx_new, ny = ny_new, nz = nz_new;
-  const auto whole = [](std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; };
-  sy = whole(kLead + nx + kLanes - 1), sz = sy * (ny + 2);
+  sy = padded_row(nx), sz = sy * (ny + 2);
   const std::size_t padded = sz * (nz + 2);
   for (auto* v : {&x, &b, &diag, &wx, &wy, &wz}) v->resize(padded);
   kind.resize(padded);

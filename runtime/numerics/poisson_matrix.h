@@ -29,6 +29,10 @@ struct PoissonMatrix {
   Sides open_side{};      // true: beyond this side of the box lies Dirichlet (air)
 
   std::size_t size() const { return kind.size(); }
+  /// Indices of cell number n.
+  Vec3i cell(std::int64_t n) const {
+    return {static_cast<int>(n % nx), static_cast<int>(n / nx % ny), static_cast<int>(n / nx / ny)};
+  }
   /// y = A x   (reads 4n + x, writes n)
   void apply(const double* x, double* y) const;
   /// The same for cells begin <= i < end of row (j, k). x is read on unknowns only.
