@@ -179,6 +179,8 @@ struct Simulation::Impl {
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
   bool may_reach_wall(std::size_t b, double dt) const;
+  bool flies(std::size_t b) const;
+  double free_way(std::size_t b, double water_top) const;
   std::vector<double> body_speeds() const;
   bool resolve_body_contact(double dt, StepReport& report);
   void update_geometry(const std::vector<ReducedBody>& at);
@@ -479,6 +481,39 @@ bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
   return !away_from_walls(bodies[b], reach[b], wall_options(options, dt), 2.0 * speed * dt);
 }
 
+// Whether only gravity acts on the body while it meets nothing.
+bool Simulation::Impl::flies(std::size_t b) const {
+  const int n = static_cast<int>(b);
+  const auto drives = [&](const Actuator& a) { return a.body == n; };
+  const auto ties = [&](const Joint& j) { return j.a == n || j.b == n; };
+  return obstacles.empty() && skins.empty() && std::none_of(joints.begin(), joints.end(), ties) &&
+         std::none_of(actuators.begin(), actuators.end(), drives);
+}
+
+// How far body b may move in a step, m: so many cells as the CFL number says, and through air as
+// far as it meets nothing: steps are for the water, which does not yet feel it.
+double Simulation::Impl::free_way(std::size_t b, double water_top) const {
+  constexpr double kClearance = 2.0;  // cells that are left
+  const Grid& g = options.grid;
+  const double least = options.cfl * g.dx;
+  const Vec3& x = bodies[b].position;
+  const double radius = farthest_point(bodies[b], reach[b]);
+  double way = x[2] - radius - water_top;
+  if (way <= least || !flies(b)) return least;
+  for (int side = 0; side < 6; ++side) {
+    if (options.open_side[side]) continue;
+    const int axis = side / 2;
+    const double gap = side % 2 == 0 ? x[axis] - g.low()[axis] : g.high()[axis] - x[axis];
+    way = std::min(way, gap - radius);
+  }
+  for (std::size_t c = 0; between && c < bodies.size(); ++c) {
+    if (c == b) continue;
+    const double apart = (bodies[c].position - x).norm() - radius;
+    way = std::min(way, 0.5 * (apart - farthest_point(bodies[c], reach[c])));
+  }
+  return std::max(least, way - kClearance * g.dx);
+}
+
 // Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
                                           const std::vector<std::vector<Vec3>>& read_points,
@@ -617,13 +652,17 @@ double Simulation::stable_dt() const {
   const SimulationOptions& o = impl_->options;
   double dt = o.max_dt;
   if (o.grid.cells() == 0) return dt;
-  double speed = 0.0;
-  for (const ReducedBody& b : impl_->bodies) speed = std::max(speed, largest_surface_speed(b));
-  if (impl_->water.present())
-    speed = std::max(speed, cfl_speed(impl_->water.fluid.u, &impl_->water.valid()));
-  // speed dt + |g| dt^2 = cfl dx: what falls freely during the step counts as well
-  const double g = o.gravity.norm(), reach = o.cfl * o.grid.dx;
-  dt = std::min(dt, 2.0 * reach / (speed + std::sqrt(speed * speed + 4.0 * g * reach) + 1e-300));
+  const double g = o.gravity.norm();
+  // speed dt + |g| dt^2 = way: what falls freely during the step counts as well
+  const auto limit = [&](double speed, double way) {
+    dt = std::min(dt, 2.0 * way / (speed + std::sqrt(speed * speed + 4.0 * g * way) + 1e-300));
+  };
+  const bool water = impl_->water.present();
+  const double top = water ? impl_->water.top() : 0.0;
+  for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
+    limit(largest_surface_speed(impl_->bodies[b]),
+          water ? impl_->free_way(b, top) : o.cfl * o.grid.dx);
+  if (water) limit(cfl_speed(impl_->water.fluid.u, &impl_->water.valid()), o.cfl * o.grid.dx);
   // Waves of one cell, k = pi / dx: omega dt = sqrt(pi) < 2, the limit of the explicit surface.
   if (impl_->water.present() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));
   return dt;

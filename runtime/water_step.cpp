@@ -55,15 +55,20 @@ void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsign
   }
 }
 
+// Layers from the floor on that hold all water.
+int wet_layers(const Array3<double>& phi) {
+  const std::size_t layer = static_cast<std::size_t>(phi.nx()) * phi.ny();
+  int wet = phi.nz();
+  for (bool air = true; air && wet > 0; wet -= air)
+    for (std::size_t n = layer * (wet - 1); n < layer * wet && air; ++n) air = phi[n] >= 0.0;
+  return wet;
+}
+
 // Layers, in eights and at most `full`, that end above what a step reads and writes of the air: the
 // highest water or particle, the way of a step, the layers that velocities are continued by, and
 // the stencils around.
 int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid) {
-  const std::size_t layer = static_cast<std::size_t>(g.nx) * g.ny;
-  int wet = g.nz;
-  for (bool air = true; air && wet > 0; wet -= air)
-    for (std::size_t n = layer * (wet - 1); n < layer * wet && air; ++n) air = fluid.phi[n] >= 0.0;
-  double top = g.low()[2] + g.dx * wet;
+  double top = g.low()[2] + g.dx * wet_layers(fluid.phi);
   const std::vector<Vec3>& particles = fluid.particles.position;
 #pragma omp parallel for reduction(max : top)
   for (std::size_t t = 0; t < particles.size(); ++t) top = std::max(top, particles[t][2]);
@@ -108,6 +113,8 @@ void WaterStep::set_ceiling(int layers) {
   valid_.set_layers(layers);
   target_.set_layers(layers);
 }
+
+double WaterStep::top() const { return grid_.low()[2] + grid_.dx * wet_layers(fluid.phi); }
 
 SurfaceOptions WaterStep::surface_options() const {
   SurfaceOptions s;
@@ -200,10 +207,9 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
   mark_solid_cells(coupling.solids(), solid_cells_);
   make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(), u_half);
   std::swap(fluid.u, u_half);
-  advance_surface(g, fluid, dt, surface_options(), solid_cells_, step);
+  advance_surface(g, fluid, dt, surface_options(), solid_cells_, step, volume_shift(coupling));
   move_spray(dt);
   std::swap(fluid.u, u_half);
-  control_volume(coupling);
 }
 
 // Drops come from the water that there should be, and return to it.
@@ -232,26 +238,24 @@ void WaterStep::after_velocity_solve(const Coupling& coupling) {
   extrapolate(fluid.u, valid_);
 }
 
-// Moves the free surface as a whole by the volume that it has lost, or gained, over its area.
-// Beside bodies in waves the level set loses up to 1 % of a tank in 2 s (sphere of 6 cells radius);
-// a shift of at most 0.02 cells a step gives it back.
-void WaterStep::control_volume(const Coupling& coupling) {
+// How far the free surface as a whole is to move outward, m: by the volume that it has lost, or
+// gained, over its area. Beside bodies in waves the level set loses up to 1 % of a tank in 2 s
+// (sphere of 6 cells radius); a shift of at most 0.02 cells a step gives it back.
+double WaterStep::volume_shift(const Coupling& coupling) {
   const Grid& g = grid_;
   constexpr double kMaxShift = 0.02;  // cells a step
   constexpr double kNothing = 1e-9;   // of the volume: still water is left alone to the last bit
   const double missing = volume_wanted - volume;
-  if (!options_.volume_control || std::abs(missing) <= kNothing * volume_wanted) return;
+  if (!options_.volume_control || std::abs(missing) <= kNothing * volume_wanted) return 0.0;
   std::size_t cut = 0;  // open cells that the surface crosses
 #pragma omp parallel for schedule(static) reduction(+ : cut)
   for (std::size_t n = 0; n < fluid.phi.size(); ++n)
     cut += std::abs(fluid.phi[n]) < 0.5 * g.dx && coupling.solids().cell[n] < 0.5;
-  if (cut == 0) return;
+  if (cut == 0) return 0.0;
   const double area = static_cast<double>(cut) * g.dx * g.dx;
   const double shift = std::clamp(missing / area, -kMaxShift * g.dx, kMaxShift * g.dx);
-  move_particles_along_normal(g, fluid.phi, shift, fluid.particles);
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < fluid.phi.size(); ++n) fluid.phi[n] -= shift;
   volume_given_back += shift * area;
+  return shift;
 }
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {

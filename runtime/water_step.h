@@ -34,6 +34,8 @@ class WaterStep {
   /// The ceiling is open.
   const Grid& grid() const { return grid_; }
   const Sides& open_side() const { return open_side_; }
+  /// No water is higher than this, m.
+  double top() const;
   /// Before a step: raises or lowers the ceiling where the water needs it; true if it did.
   bool fit_ceiling();
   /// Faces of fluid.u that mean something (layers count).
@@ -87,7 +89,7 @@ class WaterStep {
   void continue_push();
   void damp_water(double dt, MacField& u) const;
   void move_spray(double dt);
-  void control_volume(const Coupling& coupling);
+  double volume_shift(const Coupling& coupling);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
 
   const SimulationOptions& options_;

@@ -9,7 +9,7 @@ namespace archetide {
 /// The particle level set method [EMF02]: markers on both sides of the surface remember where it
 /// was. Nothing here depends on the number of threads.
 
-/// Fills the cells within 3 dx of the surface up to per_cell particles, thins out the fuller ones,
+/// Fills the cells within 2 dx of the surface up to per_cell particles, thins out the fuller ones,
 /// and removes those inside solids (mask != 0; an empty mask means none) and those far from the
 /// surface. Positions are random, keyed by cell and `epoch`. Leaves the particles sorted by cell.
 /// Seeds when there are none.
@@ -24,12 +24,8 @@ void advect_particles(const Grid& g, const MacField& u, double dt, Particles& pa
 int correct_level_set(const Grid& g, const Particles& particles, const Array3<unsigned char>& solid,
                       Array3<double>& phi);
 
-/// Moves every particle by `distance` (m) up the gradient of phi, with a surface that moves so;
-/// clamped to the tank.
-void move_particles_along_normal(const Grid& g, const Array3<double>& phi, double distance,
-                                 Particles& particles);
-
-/// Radius of each particle = its distance to the surface, within 0.1 dx .. 0.5 dx.
-void adjust_radii(const Grid& g, const Array3<double>& phi, Particles& particles);
+/// Radius of each particle = its distance to the surface, within 0.1 dx .. 0.5 dx. `shift` (m) has
+/// been taken from phi: what the surface has passed by it is on the other side now.
+void adjust_radii(const Grid& g, const Array3<double>& phi, double shift, Particles& particles);
 
 }  // namespace archetide

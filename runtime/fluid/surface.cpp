@@ -28,7 +28,7 @@ void measure(const Grid& g, Array3<double>& phi, double band,
 }  // namespace
 
 void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,
-                     const Array3<unsigned char>& solid_cells, long step) {
+                     const Array3<unsigned char>& solid_cells, long step, double shift) {
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
   const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
@@ -40,7 +40,11 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   correct_level_set(g, state.particles, solid_cells, state.phi);
   measure(g, state.phi, band, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  adjust_radii(g, state.phi, state.particles);
+  if (shift != 0.0) {
+#pragma omp parallel for schedule(static)
+    for (std::size_t n = 0; n < state.phi.size(); ++n) state.phi[n] -= shift;
+  }
+  adjust_radii(g, state.phi, shift, state.particles);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
   if (options.particles_per_cell > 0 && due)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1,
