@@ -498,8 +498,11 @@ double Simulation::Impl::free_way(std::size_t b, double water_top) const {
   const double least = options.cfl * g.dx;
   const Vec3& x = bodies[b].position;
   const double radius = farthest_point(bodies[b], reach[b]);
-  double way = x[2] - radius - water_top;
-  if (way <= least || !flies(b)) return least;
+  if (!flies(b) || x[2] + radius <= water_top) return least;
+  std::vector<Vec3> points;
+  surface_points(bodies[b], points);
+  double way = INFINITY;
+  for (const Vec3& p : points) way = std::min(way, p[2] - water_top);
   for (int side = 0; side < 6; ++side) {
     if (options.open_side[side]) continue;
     const int axis = side / 2;
