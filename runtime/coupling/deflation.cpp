@@ -1,5 +1,7 @@
 #include "runtime/coupling/deflation.h"
 
+#include <omp.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -175,7 +177,9 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
   const double worth = e.saved > 10.0 ? 0.4 : 1.5;
   const bool pays = choice == DeflationChoice::kAlways || e.saved > worth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
-#pragma omp parallel for schedule(dynamic)
+  // Few patches: one after the other, threads share the cycles of each.
+  const bool many = static_cast<int>(patches_.size()) >= omp_get_max_threads();
+#pragma omp parallel for schedule(dynamic) if (many)
   for (std::size_t n = 0; n < patches_.size(); ++n) fill(op, light[n].S, patches_[n]);
   std::erase_if(patches_, [](const Patch& p) { return p.columns == 0; });
   for (Patch& p : patches_) p.first = columns_, columns_ += p.columns;
@@ -217,8 +221,14 @@ void Deflation::fill(const CoupledOperator& op, const MatX& S, Patch& p) {
 // E = Y^T A Y
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
+  std::vector<std::pair<Patch*, int>> column;
+  for (Patch& p : patches_) {
+    find_flux(op, p);
+    for (int c = 0; c < p.columns; ++c) column.emplace_back(&p, c);
+  }
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t n = 0; n < patches_.size(); ++n) add_product(op, patches_[n], E);
+  for (std::size_t n = 0; n < column.size(); ++n)
+    add_product(op, *column[n].first, column[n].second, E);
   // Y^T F H^-1 F^T Y, body by body
   std::vector<Near> near(op.bodies().size());
   for (const Patch& p : patches_)
@@ -289,10 +299,10 @@ class Deflation::Dots {
   VecX sums_;
 };
 
-// The bodies with cells in the box of p.
-void Deflation::find_flux(const CoupledOperator& op, const PaddedLayout& box, Patch& p) const {
+// The bodies with cells in the box of p or next to it.
+void Deflation::find_flux(const CoupledOperator& op, Patch& p) {
   const PoissonMatrix& a = op.water().matrix();
-  const Vec3i low(box.low[0], box.low[1], box.low[2]), size(box.nx, box.ny, box.nz);
+  const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2);
   for (std::size_t c = 0; c < op.bodies().size(); ++c) {
     const auto& cells = op.bodies()[c].cell;
     const bool near = std::any_of(cells.begin(), cells.end(), [&](std::int64_t n) {
@@ -303,56 +313,61 @@ void Deflation::find_flux(const CoupledOperator& op, const PaddedLayout& box, Pa
   }
 }
 
-// Columns of E from the water, Y^T (A_water y), and Fhat^T y, for the columns y of p.
-void Deflation::add_product(const CoupledOperator& op, Patch& p, MatX& E) const {
+// One column of E from the water, Y^T (A_water y), and Fhat^T y, for column c of p, y.
+void Deflation::add_product(const CoupledOperator& op, Patch& p, int c, MatX& E) const {
   const PoissonMatrix& a = op.water().matrix();
   // y on the box and one cell around it
   const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2), high = low + size;
   const PaddedLayout box(low.data(), size.data());
-  find_flux(op, box, p);
   std::vector<float> y(box.size, 0.0f), numbers(a.nx + kLanes);
   std::vector<double> product(a.nx);
-  for (int c = 0; c < p.columns; ++c) {
-    for (const Run& run : p.runs)
-      std::copy_n(p.column(run, c), run.length, y.data() + box(run.i, run.j, run.k));
-    for (auto& [b, flux] : p.flux) {
-      const CoupledOperator::Body& body = op.bodies()[b];
-      for (std::size_t m = 0; m < body.cell.size(); ++m) {
-        const Vec3i at = a.cell(body.cell[m]);
-        if ((at.array() < low.array()).any() || (at.array() >= high.array()).any()) continue;
-        flux.col(c) += static_cast<double>(y[box(at[0], at[1], at[2])]) *
-                       body.flux.col(static_cast<Eigen::Index>(m));
+  for (const Run& run : p.runs)
+    std::copy_n(p.column(run, c), run.length, y.data() + box(run.i, run.j, run.k));
+  for (auto& [b, flux] : p.flux) {
+    const CoupledOperator::Body& body = op.bodies()[b];
+    for (std::size_t m = 0; m < body.cell.size(); ++m) {
+      const Vec3i at = a.cell(body.cell[m]);
+      if ((at.array() < low.array()).any() || (at.array() >= high.array()).any()) continue;
+      flux.col(c) += static_cast<double>(y[box(at[0], at[1], at[2])]) *
+                     body.flux.col(static_cast<Eigen::Index>(m));
+    }
+  }
+  for (const Patch& other : patches_) {
+    if (((other.low + other.size).array() <= low.array()).any() ||
+        (other.low.array() >= high.array()).any())
+      continue;
+    Dots dots(other);
+    for (int k = low[2]; k < high[2]; ++k)
+      for (const Run& run : other.plane(k)) {
+        const int begin = std::max(run.i, low[0]), end = std::min(run.i + run.length, high[0]);
+        if (run.j < low[1] || run.j >= high[1] || begin >= end) continue;
+        product_row(op.water(), box, k, run.segment, begin, end, y.data(), product.data());
+        std::copy_n(product.begin(), end - begin, numbers.begin());
+        std::fill_n(numbers.begin() + (end - begin), kLanes, 0.0f);
+        dots.add(run, begin - run.i, numbers.data(), end - begin);
       }
-    }
-    for (const Patch& other : patches_) {
-      if (((other.low + other.size).array() <= low.array()).any() ||
-          (other.low.array() >= high.array()).any())
-        continue;
-      Dots dots(other);
-      for (int k = low[2]; k < high[2]; ++k)
-        for (const Run& run : other.plane(k)) {
-          const int begin = std::max(run.i, low[0]), end = std::min(run.i + run.length, high[0]);
-          if (run.j < low[1] || run.j >= high[1] || begin >= end) continue;
-          product_row(op.water(), box, k, run.segment, begin, end, y.data(), product.data());
-          std::copy_n(product.begin(), end - begin, numbers.begin());
-          std::fill_n(numbers.begin() + (end - begin), kLanes, 0.0f);
-          dots.add(run, begin - run.i, numbers.data(), end - begin);
-        }
-      E.col(p.first + c).segment(other.first, other.columns) += dots.sums();
-    }
+    E.col(p.first + c).segment(other.first, other.columns) += dots.sums();
   }
 }
 
 void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,
                         double scale, const std::vector<VecX>& response, float* z) {
-  weight_.setZero(columns_);
+  constexpr int kPlanes = 8;  // that a thread takes at once
+  std::vector<std::pair<const Patch*, int>> piece;
+  for (const Patch& p : patches_)
+    for (int k = p.low[2]; k < p.low[2] + p.size[2]; k += kPlanes) piece.emplace_back(&p, k);
+  std::vector<VecX> sums(piece.size());
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t n = 0; n < patches_.size(); ++n) {
-    const Patch& p = patches_[n];
-    gather(water, layout, p, r, scale, z);
+  for (std::size_t n = 0; n < piece.size(); ++n) {
+    const auto& [p, k] = piece[n];
+    sums[n] = gather(water, layout, *p, k, k + kPlanes, r, scale, z);
+  }
+  weight_.setZero(columns_);
+  for (std::size_t n = 0; n < piece.size(); ++n)
+    weight_.segment(piece[n].first->first, piece[n].first->columns) += sums[n];
+  for (const Patch& p : patches_)
     for (const auto& [c, flux] : p.flux)
       weight_.segment(p.first, p.columns).noalias() -= flux.transpose() * response[c];
-  }
   factor_.solveInPlace(weight_);
   const Eigen::VectorXf share = weight_.cast<float>();
   // Patches overlap: plane by plane.
@@ -361,23 +376,24 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
     for (const Patch& p : patches_) scatter(layout, p, k, share.data() + p.first, z);
 }
 
-// The patch's entries of Y^T (scale r - A_water z).
-void Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
-                       const double* r, double scale, const float* z) {
+// What planes k to end - 1 add to the patch's entries of Y^T (scale r - A_water z).
+VecX Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
+                       int k, int end, const double* r, double scale, const float* z) {
   const PoissonMatrix& a = water.matrix();
   thread_local std::vector<double> product;
   thread_local std::vector<float> residual;
   product.resize(a.nx), residual.resize(a.nx + kLanes);
   Dots dots(p);
-  for (const Run& run : p.runs) {
-    product_row(water, layout, run.k, run.segment, run.i, run.i + run.length, z, product.data());
-    const double* rr = r + a.kind.index(run.i, run.j, run.k);
-    for (int i = 0; i < run.length; ++i)
-      residual[i] = static_cast<float>(scale * rr[i] - product[i]);
-    std::fill_n(residual.begin() + run.length, kLanes, 0.0f);
-    dots.add(run, 0, residual.data(), run.length);
-  }
-  weight_.segment(p.first, p.columns) = dots.sums();
+  for (; k < end; ++k)
+    for (const Run& run : p.plane(k)) {
+      product_row(water, layout, run.k, run.segment, run.i, run.i + run.length, z, product.data());
+      const double* rr = r + a.kind.index(run.i, run.j, run.k);
+      for (int i = 0; i < run.length; ++i)
+        residual[i] = static_cast<float>(scale * rr[i] - product[i]);
+      std::fill_n(residual.begin() + run.length, kLanes, 0.0f);
+      dots.add(run, 0, residual.data(), run.length);
+    }
+  return dots.sums();
 }
 
 // z += the patch's columns, each times its share, in plane k

@@ -81,10 +81,10 @@ class Deflation {
   void assemble(const CoupledOperator& op);
   using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
   void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
-  void find_flux(const CoupledOperator& op, const PaddedLayout& box, Patch& p) const;
-  void add_product(const CoupledOperator& op, Patch& p, MatX& E) const;
-  void gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
-              const double* r, double scale, const float* z);
+  static void find_flux(const CoupledOperator& op, Patch& p);
+  void add_product(const CoupledOperator& op, Patch& p, int c, MatX& E) const;
+  static VecX gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
+                     int k, int end, const double* r, double scale, const float* z);
   static void scatter(const PaddedLayout& layout, const Patch& p, int k, const float* share,
                       float* z);
 
