@@ -163,6 +163,8 @@ scorecard: deps
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/scheme --set step.cfl=4 \
 	  --sweep step.max=0.0416,0.02,0.01,0.005 --sweep step.scheme=newmark,single \
 	  --reference step.max=0.0025 --reference step.scheme=newmark || exit $$?; \
+	$(ARCHETIDE_BENCH) --until 0.5 --set 'fluid.grid=[48,48,48]' --set fluid.cell=1/48 \
+	  --set fluid.particles.per_cell=4 -o $(OUT)/bench/cfl --sweep step.cfl=0.5,1,2,3,4 --reference 0.25 || exit $$?; \
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/modes --sweep body.modes=0,1,2,3,5,8 --reference 11 || exit $$?; \
 	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/tolerance \
 	  --sweep coupling.tolerance=1e-2,1e-3,1e-4,1e-6,1e-8 --reference 1e-12 || exit $$?; \
@@ -174,7 +176,7 @@ scorecard: deps
 	  ARCHETIDE_HINGE,left,middle)],[$(call ARCHETIDE_HINGE,left,middle),$(call ARCHETIDE_HINGE,middle,right)]' \
 	  || exit $$?; \
 	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv \
-	  $(addprefix $(OUT)/bench/,geometry scheme modes tolerance particles contact joints) \
+	  $(addprefix $(OUT)/bench/,geometry scheme cfl modes tolerance particles contact joints) \
 	  -o $(OUT)/scorecard.html || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 
