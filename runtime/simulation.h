@@ -37,7 +37,9 @@ struct SimulationOptions {
   int max_iterations = 200;
   ModalOptions modal;
   Scheme scheme = Scheme::kNewmark;
-  double cfl = 1.0;  // cells that the fastest water or body may cross in a step, 0.1 .. 10
+  // Cells that the fastest water or body may cross in a step, 0.1 .. 10; a body that falls through
+  // air as far as there is nothing to meet.
+  double cfl = 1.0;
   double max_dt = 1.0 / 24.0;  // s
   OnFail on_fail = OnFail::kHalveStep;
 

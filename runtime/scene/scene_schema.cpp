@@ -35,7 +35,7 @@ Keys run_keys() {
            .unit = "cells",
            .range = between(0.1, 10),
            .fallback = "1.0",
-           .meaning = "how far the fastest water or body may go in a step"},
+           .meaning = "how far the fastest water or body may go in a step (in free fall farther)"},
           {.path = "step.max",
            .unit = "s",
            .range = above(0),
