@@ -53,10 +53,7 @@ class CoupledOperator {
     MatX flux;                                        // (6 + r) x m, Fhat
     MatX inverse_mass;                                // rho dx^3 H^-1
     Vec3i low = Vec3i::Zero(), high = Vec3i::Zero();  // box around the cells
-
-    /// Roughly the body's added mass over rho dx^3, from the flux alone (spheres and blobs of 6 to
-    /// 60 cells in extent: up to a third off; the constant is measured).
-    MatX added_mass() const { return 0.11 * (high - low).maxCoeff() * (flux * flux.transpose()); }
+    MatX added_mass;                                  // over rho dx^3, roughly: from the flux alone
   };
   const std::vector<Body>& bodies() const { return bodies_; }
 
@@ -78,8 +75,7 @@ class CoupledOperator {
   struct Energies {
     double water = 0.0, bodies = 0.0;
   };
-  Energies energies(const double* x, const double* b, const std::vector<VecX>& y,
-                    const std::vector<MatX>& added_mass) const;
+  Energies energies(const double* x, const double* b, const std::vector<VecX>& y) const;
 
  private:
   VecX closed_norms() const;

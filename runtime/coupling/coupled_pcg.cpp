@@ -39,11 +39,10 @@ void CoupledPcg::setup(const CoupledOperator& op, Multigrid& cycle, Deflation& d
   place_.resize(op.bodies().size());
   momentum_.resize(op.bodies().size());
   response_.resize(op.bodies().size());
-  added_mass_.resize(op.bodies().size());
   error_.resize(op.bodies().size());
   for (std::size_t b = 0; b < place_.size(); ++b) {
     const CoupledOperator::Body& body = op.bodies()[b];
-    const MatX &M = added_mass_[b] = body.added_mass(), I = MatX::Identity(M.rows(), M.cols());
+    const MatX &M = body.added_mass, I = MatX::Identity(M.rows(), M.cols());
     const MatX inverse = op.own_inverse(b), both = inverse * (I + M * inverse).inverse();
     error_[b] = both * M * both;
     place_[b].clear();
@@ -189,7 +188,7 @@ bool CoupledPcg::close_enough(const double* b, double* x) {
     constexpr double kLeastShare = 1e-3;
     steps_.advance(pending_, p_.data(), x);
     pending_ = 0.0;
-    const CoupledOperator::Energies e = op_->energies(x, b, options_.y, added_mass_);
+    const CoupledOperator::Energies e = op_->energies(x, b, options_.y);
     const double energy = std::fmax(std::fmin(e.bodies, e.water), kLeastShare * e.water);
     energy_target_ = options_.tolerance * options_.tolerance * std::fmax(energy, 0.0);
   }

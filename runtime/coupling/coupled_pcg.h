@@ -57,7 +57,7 @@ class CoupledPcg {
   std::vector<double> r_, q_;                    // per cell of the grid
   std::vector<float> p_;                         // padded
   std::vector<VecX> momentum_, response_;        // Fhat^T z of each body, and H^-1 of it
-  std::vector<MatX> added_mass_, error_;         // M, and (H + M)^-1 M (H + M)^-1
+  std::vector<MatX> error_;                      // (H + M)^-1 M (H + M)^-1 of each body
 
   CoupledPcgOptions options_;
   SolveReport report_;

@@ -133,7 +133,7 @@ std::span<const Deflation::Run> Deflation::Patch::plane(int k) const {
 Deflation::Light Deflation::light_directions(const CoupledOperator& op, const Patch& p) {
   const CoupledOperator::Body& body = op.bodies()[p.body];
   const MatX S = root(op.own_inverse(p.body));
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(S.transpose() * body.added_mass() * S);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(S.transpose() * body.added_mass * S);
   const VecX& ratio = eigen.eigenvalues();
   const Eigen::Index kept = (ratio.array() > kKept).count();
   return {S * eigen.eigenvectors().rightCols(kept), ratio.maxCoeff()};
