@@ -125,6 +125,7 @@ struct Simulation::Impl {
   std::vector<Actuator> actuators;
   std::vector<SkinnedBodies> skins;
   WaterStep water;
+  WaterStep::Memory water_before;  // the step
   Coupling coupling;
 
   std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
@@ -680,7 +681,7 @@ StepReport Simulation::step(double dt) {
   demand_finite(s.bodies, s.water.fluid, before);
   // What a rejected attempt must give back. u^n is only replaced by a step that succeeds.
   const std::vector<ReducedBody> bodies = s.bodies;
-  const WaterStep::Memory water = s.water.memory();
+  s.water.remember(s.water_before);
   const BodyContacts::Memory contact_memory =
       s.between ? s.between->memory : BodyContacts::Memory();
 
@@ -699,7 +700,7 @@ StepReport Simulation::step(double dt) {
     }
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings) throw s.failure(dt, report);
     s.bodies = bodies;
-    s.water.restore(water);
+    s.water.restore(s.water_before);
     if (s.between) s.between->memory = contact_memory;
   }
 }

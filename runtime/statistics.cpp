@@ -30,11 +30,7 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 }
 
 double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids) {
-  Array3<double> open_cell(g.nx, g.ny, g.nz);
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < open_cell.size(); ++n)
-    open_cell[n] = std::clamp(1.0 - solids.cell[n], 0.0, 1.0);
-  return water_volume(g, phi, &open_cell);
+  return water_volume(g, phi, &solids.cell);
 }
 
 double outflow_through_sides(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
@@ -66,10 +62,15 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
     const auto& solved = coupling.valid()[a];
     std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0);
 #pragma omp parallel for schedule(static)
-    for (int k = 0; k < u.nz(); ++k)
-      for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k) + u.index(0, 0, 1); ++n)
-        if (solved[n] == 1)
-          momentum[k] += mass * e[n] * u[n], energy[k] += 0.5 * mass * e[n] * u[n] * u[n];
+    for (int k = 0; k < u.nz(); ++k) {
+      double p = 0.0, twice = 0.0;
+#pragma omp simd reduction(+ : p, twice)
+      for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k + 1); ++n) {
+        const double flux = solved[n] == 1 ? e[n] * u[n] : 0.0;
+        p += flux, twice += flux * (solved[n] == 1 ? u[n] : 0.0);
+      }
+      momentum[k] = mass * p, energy[k] = 0.5 * mass * twice;
+    }
     for (int k = 0; k < u.nz(); ++k)
       r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
   }
@@ -78,13 +79,18 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   std::vector<double> potential(g.nz, 0.0);
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j)
+    for (int j = 0; j < g.ny; ++j) {
+      const double *phi = &fluid.phi(0, j, k), *solid = &coupling.solids().cell(0, j, k);
+      double fill = 0.0, moment = 0.0;  // of the row, about its first cell
+#pragma omp simd reduction(+ : fill, moment)
       for (int i = 0; i < g.nx; ++i) {
-        const double level = fluid.phi(i, j, k) / g.dx;
-        const double open = std::clamp(1.0 - coupling.solids().cell(i, j, k), 0.0, 1.0);
-        const double fill = std::clamp(0.5 - level, 0.0, 1.0) * open;
-        potential[k] -= mass * fill * o.gravity.dot(g.cell_centre(i, j, k));
+        const double cell =
+            std::min(std::max(0.5 - phi[i] / g.dx, 0.0), 1.0) * open_fraction(solid[i]);
+        fill += cell, moment += i * cell;
       }
+      potential[k] -=
+          mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) + moment * g.dx * o.gravity[0]);
+    }
   for (double p : potential) r.potential += p;
 }
 

@@ -141,16 +141,11 @@ void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
   keep_markers_in_water(bodies);
 }
 
-void WaterStep::extrapolate(MacField& u, FaceField<unsigned char>& mask) const {
+// Continues a velocity, and the push of its solve, from the faces that were solved for.
+void WaterStep::extrapolate(const std::vector<MacField*>& fields) {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
-  extrapolate_velocity(grid_, u, mask, layers);
-  close_sides(grid_, open_side_, u);
-}
-
-// Continues the push of a solve as the velocity is continued.
-void WaterStep::continue_push() {
-  FaceField<unsigned char> mask = valid_;
-  extrapolate(push_, mask);
+  extrapolate_velocity(fields, valid_, layers);
+  for (MacField* u : fields) close_sides(grid_, open_side_, *u);
 }
 
 // Beside the advection, on the same faces.
@@ -166,7 +161,7 @@ void WaterStep::advect_to_half(double dt) {
   mark_water_faces(g, fluid.phi, target_);
   advect_velocity(g, carrier_, fluid.u, 0.5 * dt, valid_, target_, u_half);
   damp_water(0.5 * dt, u_half);
-  push_ = u_half;
+  copy_values(u_half, push_);
 }
 
 // u_star for the full-step solve: the second half of the way after the reflection (two solves), or
@@ -178,13 +173,13 @@ void WaterStep::advect_to_end(double dt) {
     // The last solve's push stands in for that of a half step.
     const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
     continue_in_time(fluid.u, u_last_, share, valid_, carrier_);
-    u_last_ = fluid.u;
+    copy_values(fluid.u, u_last_);
     add_push(push_, -share, valid_, u_half);
     advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
     add_push(push_, share, target_, u_star);
     damp_water(dt, u_star);
-    u_half = fluid.u;
-    push_ = u_star;
+    copy_values(fluid.u, u_half);
+    copy_values(u_star, push_);
     return;
   }
   continue_in_time(u_half, fluid.u, 0.5, valid_, carrier_);  // (dt/4) / (dt/2)
@@ -196,10 +191,9 @@ void WaterStep::advect_to_end(double dt) {
 }
 
 void WaterStep::after_position_solve(const Coupling& coupling) {
-  valid_ = coupling.valid();
+  copy_values(coupling.valid(), valid_);
   subtract_solved(u_half, valid_, push_);
-  continue_push();
-  extrapolate(u_half, valid_);
+  extrapolate({&push_, &u_half});
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
@@ -230,12 +224,13 @@ FreeSurface WaterStep::surface_now(double dt) const {
 
 void WaterStep::after_velocity_solve(const Coupling& coupling) {
   std::swap(fluid.u, u_star);
-  valid_ = coupling.valid();
+  copy_values(coupling.valid(), valid_);
   if (single()) {
     subtract_solved(fluid.u, valid_, push_);
-    continue_push();
+    extrapolate({&push_, &fluid.u});
+    return;
   }
-  extrapolate(fluid.u, valid_);
+  extrapolate({&fluid.u});
 }
 
 // How far the free surface as a whole is to move outward, m: by the volume that it has lost, or
@@ -293,6 +288,17 @@ void WaterStep::visit_state(StateArchive& a) {
   grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
   grid_field(a, "water/push", push_);
   if (single()) grid_field(a, "water/u_last", u_last_);
+}
+
+void WaterStep::remember(Memory& now) const {
+  copy_values(fluid.phi, now.phi);
+  copy_values(fluid.particles.position, now.particles.position);
+  copy_values(fluid.particles.radius, now.particles.radius);
+  copy_values(fluid.particles.sign, now.particles.sign);
+  copy_values(valid_, now.valid);
+  now.volume_given_back = volume_given_back;
+  now.volume_wanted = volume_wanted;
+  now.spray = fluid.spray;
 }
 
 void WaterStep::restore(const Memory& before) {

@@ -73,9 +73,7 @@ class WaterStep {
     double volume_given_back, volume_wanted;
     Spray spray;
   };
-  Memory memory() const {
-    return {fluid.phi, fluid.particles, valid_, volume_given_back, volume_wanted, fluid.spray};
-  }
+  void remember(Memory& now) const;
   void restore(const Memory& before);
 
  private:
@@ -85,8 +83,7 @@ class WaterStep {
   /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
-  void extrapolate(MacField& u, FaceField<unsigned char>& mask) const;
-  void continue_push();
+  void extrapolate(const std::vector<MacField*>& fields);
   void damp_water(double dt, MacField& u) const;
   void move_spray(double dt);
   double volume_shift(const Coupling& coupling);

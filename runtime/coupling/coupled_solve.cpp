@@ -212,11 +212,14 @@ std::size_t CoupledSolver::bytes() const {
 
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
                       const std::vector<CoupledBody>& bodies, Vec3i* where) {
-  std::vector<double> defect(s.matrix.size(), 0.0);
+  std::vector<std::pair<std::int64_t, double>> pushed;  // into cells by bodies, by cell
   for (const CoupledBody& body : bodies)
     for (std::size_t m = 0; m < body.flux.cell.size(); ++m)
-      defect[body.flux.cell[m]] -=
-          body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx);
+      pushed.emplace_back(
+          body.flux.cell[m],
+          body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx));
+  const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(pushed.begin(), pushed.end(), before);
   std::vector<std::pair<double, Vec3i>> largest(g.nz, {0.0, Vec3i::Zero()});  // of each plane
 #pragma omp parallel for schedule(dynamic, 4)
   for (int k = 0; k < g.nz; ++k) {
@@ -225,9 +228,12 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
       const CellKind* kind = &s.matrix.kind(0, j, k);
       if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
       outflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
-      const double* row = defect.data() + s.matrix.kind.index(0, j, k);
+      const auto row = static_cast<std::int64_t>(s.matrix.kind.index(0, j, k));
+      auto next = std::lower_bound(pushed.begin(), pushed.end(), std::pair(row, 0.0), before);
+      for (; next != pushed.end() && next->first < row + g.nx; ++next)
+        net[next->first - row] -= next->second;
       for (int i = 0; i < g.nx; ++i) {
-        const double here = std::abs(net[i] + row[i]);
+        const double here = std::abs(net[i]);
         if (kind[i] == CellKind::kUnknown && here > largest[k].first)
           largest[k] = {here, Vec3i(i, j, k)};
       }

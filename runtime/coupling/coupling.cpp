@@ -43,27 +43,48 @@ void Coupling::set_tank(const Grid& g, const Sides& open_side) {
       add_voxel_fractions(cells_inside(g, m.vertices, m.triangles), obstacles_);
   }
   open_.resize(g, 1.0);
+  solids_ = obstacles_;
+  cut_.clear();
+  open_box(whole_box(g));
   valid_.set_layers(g.nz, 0);
   for (auto& p : pressure_) p.set_layers(g.nz, 0.0);
 }
 
-void Coupling::fill_open_fractions() {
+// What solids leave open of the faces in a box.
+void Coupling::open_box(const CellBox& box) {
+  constexpr double kSliver = 1e-9;  // an opening below this is round-off of overlapping fractions
   for (int a = 0; a < 3; ++a) {
-    const Array3<double>& solid = solids_.face[a];
-    Array3<double>& open = open_[a];
-    constexpr double kSliver = 1e-9;  // an opening below this is round-off of overlapping fractions
-#pragma omp parallel for schedule(static)
-    for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(open.size()); ++n) {
-      const double w = 1.0 - solid[n];
-      open[n] = w < kSliver ? 0.0 : w > 1.0 ? 1.0 : w;
-    }
+    const double* solid = solids_.face[a].data();
+    double* open = open_[a].data();
+    for_each_row(open_[a], box, [&](std::size_t first, std::size_t last) {
+#pragma omp simd
+      for (std::size_t n = first; n < last; ++n) {
+        const double w = 1.0 - solid[n];
+        open[n] = w < kSliver ? 0.0 : w > 1.0 ? 1.0 : w;
+      }
+    });
   }
-  close_sides(options_.grid, options_.open_side, open_);
+  changed_.push_back(box);
+}
+
+// Bodies cut few of the cells: the others stay as the obstacles leave them.
+void Coupling::forget_bodies() {
+  const auto restore = [](const Array3<double>& from, const CellBox& box, Array3<double>& to) {
+    for_each_row(to, box, [&](std::size_t first, std::size_t last) {
+      std::copy(from.data() + first, from.data() + last, to.data() + first);
+    });
+  };
+  for (const CellBox& box : cut_) {
+    for (int a = 0; a < 3; ++a) restore(obstacles_.face[a], box, solids_.face[a]);
+    restore(obstacles_.cell, box, solids_.cell);
+  }
 }
 
 void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   const Grid& g = options_.grid;
-  solids_ = obstacles_;
+  forget_bodies();
+  std::vector<CellBox> before = std::move(cut_);
+  cut_.clear();
   surfaces_.clear();
   voxels_.clear();
   faces_.resize(bodies.size());
@@ -73,6 +94,7 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
     surfaces_.push_back(body_surface(*b.body, options_.modal.mass));
     const std::size_t n = surfaces_.size() - 1;
     if (skinned_[n]) continue;
+    cut_.push_back(cell_box(g, surfaces_[n].points));
     if (options_.geometry == Geometry::kCutCell)
       fluxes_[n] = cut_body(g, surfaces_[n], solids_, faces_[n]);
     else
@@ -82,12 +104,15 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   for (std::size_t s = 0; s < skins_.size(); ++s) {
     const auto body_of = [&](int b) -> const ReducedBody& { return *bodies[b].body; };
     skin_points(skins_[s], body_of, skin_points_[s]);
+    cut_.push_back(cell_box(g, skin_points_[s]));
     std::vector<BodyFlux> of_members =
         cut_skin(g, wet_surface(skins_[s], surfaces_, skin_points_[s]), solids_);
     for (std::size_t m = 0; m < of_members.size(); ++m)
       fluxes_[skins_[s].bodies[m]] = std::move(of_members[m]);
   }
-  fill_open_fractions();
+  for (const CellBox& box : before) open_box(box);
+  for (const CellBox& box : cut_) open_box(box);
+  close_sides(g, options_.open_side, open_);
 }
 
 // Hydrostatic part of the water's pressure on every body.
@@ -155,7 +180,7 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
     momentum = carried * carried_velocity_[b];
   } else {
     VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], body.dofs(),
-                                     options_.hydrostatics.density, u, is_water_);
+                                     options_.hydrostatics.density, u, system_.matrix.kind);
     c.flux = std::move(v.flux);
     carried = std::move(v.fluid_mass);
     momentum = std::move(v.fluid_momentum);
@@ -228,7 +253,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
 void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u) {
   for (std::size_t b = 0; b < voxels_.size(); ++b)
     for (const ConstraintFace& f : voxels_[b].faces)
-      if (is_water_(f.outer[0], f.outer[1], f.outer[2])) {
+      if (system_.matrix.kind(f.outer[0], f.outer[1], f.outer[2]) == CellKind::kUnknown) {
         u[f.axis](f.face[0], f.face[1], f.face[2]) = f.Q.dot(coupled[b].y);
         valid_[f.axis](f.face[0], f.face[1], f.face[2]) = 1;
       }
@@ -242,11 +267,8 @@ void Coupling::assemble(const FreeSurface& surface) {
     for (DualFaces& faces : faces_) solids.push_back(&faces);
   }
   assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,
-                           system_);
-  if (is_water_.size() != g.cells()) is_water_.resize(g.nx, g.ny, g.nz);
-#pragma omp parallel for simd schedule(static)
-  for (std::size_t n = 0; n < is_water_.size(); ++n)
-    is_water_[n] = system_.matrix.kind[n] == CellKind::kUnknown;
+                           system_, &changed_);
+  changed_.clear();
 }
 
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
@@ -305,7 +327,8 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     out.delta_L += f.segment<3>(3);
     out.water_impulse += coupled[b].impulse;
   }
-  divergence_ = wet() ? max_divergence(g, system_, u, coupled, &divergent_cell_) : 0.0;
+  if (stage == Stage::kVelocityFull || !report.converged)
+    divergence_ = wet() ? max_divergence(g, system_, u, coupled, &divergent_cell_) : 0.0;
   return report;
 }
 

@@ -86,7 +86,8 @@ class Coupling {
   const Array3<double>& last_pressure(Stage stage) const {
     return pressure_[stage == Stage::kVelocityFull];
   }
-  double last_divergence() const { return divergence_; }                // 1/s
+  /// Largest divergence that the last velocity stage, or a stage that failed, has left, 1/s.
+  double last_divergence() const { return divergence_; }
   const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
   /// Of the last solve: momentum and kinetic energy of the water that moves with bodies (DualFace).
   const Vec3& carried_momentum() const { return carried_momentum_; }  // N s
@@ -100,7 +101,8 @@ class Coupling {
 
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
-  void fill_open_fractions();
+  void forget_bodies();
+  void open_box(const CellBox& box);
   void assemble(const FreeSurface& surface);
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
@@ -119,15 +121,16 @@ class Coupling {
   std::vector<std::vector<Vec3>> skin_points_;  // of each skin, m
   SolidFractions obstacles_, solids_;
   FaceField<double> open_;
+  std::vector<CellBox> cut_;      // where solids_ is not obstacles_
+  std::vector<CellBox> changed_;  // where open_ changed since the last assembly
   FaceField<unsigned char> valid_;
   std::vector<BodySurface> surfaces_;
-  std::vector<BodyFlux> fluxes_;    // cut cells
-  DualFaces obstacle_faces_;        // cut cells
-  std::vector<DualFaces> faces_;    // cut cells, of each body
-  std::vector<char> skinned_;       // of each body: the water sees a skin in its place
-  std::vector<MatX> carried_;       // cut cells: water that moves with each body, kg
-  std::vector<VoxelBody> voxels_;   // voxel
-  Array3<unsigned char> is_water_;  // cells with an unknown
+  std::vector<BodyFlux> fluxes_;   // cut cells
+  DualFaces obstacle_faces_;       // cut cells
+  std::vector<DualFaces> faces_;   // cut cells, of each body
+  std::vector<char> skinned_;      // of each body: the water sees a skin in its place
+  std::vector<MatX> carried_;      // cut cells: water that moves with each body, kg
+  std::vector<VoxelBody> voxels_;  // voxel
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage

@@ -225,16 +225,12 @@ void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned cha
   }
 }
 
-// to = from, on all threads.
-void copy_faces(const FaceField<double>& from, FaceField<double>& to) {
-  for (int a = 0; a < 3; ++a) {
-    const Array3<double>& f = from[a];
-    if (to[a].size() != f.size()) to[a] = f;
-    const std::size_t plane = f.index(0, 0, 1);
-#pragma omp parallel for schedule(static)
-    for (int k = 0; k < f.nz(); ++k)
-      std::copy_n(f.data() + k * plane, plane, to[a].data() + k * plane);
-  }
+// to = from in a box.
+void copy_faces(const FaceField<double>& from, const CellBox& box, FaceField<double>& to) {
+  for (int a = 0; a < 3; ++a)
+    for_each_row(from[a], box, [&](std::size_t first, std::size_t last) {
+      std::copy(from[a].data() + first, from[a].data() + last, to[a].data() + first);
+    });
 }
 
 }  // namespace
@@ -242,7 +238,8 @@ void copy_faces(const FaceField<double>& from, FaceField<double>& to) {
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,
-                              const std::vector<DualFaces*>& solids, PressureSystem& s) {
+                              const std::vector<DualFaces*>& solids, PressureSystem& s,
+                              const std::vector<CellBox>* changed) {
   s.surface = surface;
   s.hydrostatics = hydrostatics;
   s.open = &open;
@@ -254,8 +251,17 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     s.surface_rhs.resize(g.nx, g.ny, g.nz);
     s.surface_weight.resize(g.nx, g.ny, g.nz);
     s.at_surface.clear();
+    A.w.resize(g);
+    changed = nullptr;
   }
-  copy_faces(open, A.w);
+  if (!changed) copy_faces(open, whole_box(g), A.w);
+  if (changed)
+    for (const CellBox& box : *changed) copy_faces(open, box, A.w);
+  for (const DualFaces* faces : solids)
+    for (const DualFace& f : *faces) {
+      const Vec3i& at = f.face;
+      A.w[f.axis](at[0], at[1], at[2]) = open[f.axis](at[0], at[1], at[2]);
+    }
   A.open_side = open_side;
 
   const std::vector<double> ones(g.nx, 1.0);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "runtime/coupling/cell_box.h"
 #include "runtime/coupling/dual_faces.h"
 #include "runtime/grid/grid.h"
 #include "runtime/numerics/poisson_matrix.h"
@@ -76,10 +77,12 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
 
 /// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
 /// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
-/// address). `solids`: faces beside each solid, shared out by this function.
+/// address). `solids`: faces beside each solid, shared out by this function. `changed`: where
+/// `open` is not what it was in the last call for this system; null: anywhere.
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,
-                              const std::vector<DualFaces*>& solids, PressureSystem& system);
+                              const std::vector<DualFaces*>& solids, PressureSystem& system,
+                              const std::vector<CellBox>* changed = nullptr);
 
 }  // namespace archetide

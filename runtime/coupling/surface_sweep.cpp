@@ -29,21 +29,6 @@ DualFace dual_face(int axis, const Vec3i& face, const CellMoments& low, const Ce
 
 }  // namespace
 
-CellBox cell_box(const Grid& g, const std::vector<Vec3>& points) {
-  Vec3 lo = Vec3::Constant(INFINITY), hi = -lo;
-  for (const Vec3& p : points) lo = lo.cwiseMin(p), hi = hi.cwiseMax(p);
-  CellBox box;
-  for (int a = 0; a < 3; ++a) {
-    const auto cell = [&](double x, int more) {
-      return static_cast<int>(
-          std::clamp(std::floor((x - g.origin[a]) / g.dx) + more, -1.0, double(g.size(a))));
-    };
-    box.low[a] = cell(lo[a], -1);
-    box.size[a] = cell(hi[a], 1) - box.low[a] + 1;
-  }
-  return box;
-}
-
 void CellMoments::add(const Vec3& a, double x, double kappa) {
   area += a;
   size += a.norm();

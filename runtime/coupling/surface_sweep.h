@@ -2,22 +2,10 @@
 
 #include <vector>
 
+#include "runtime/coupling/cell_box.h"
 #include "runtime/coupling/dual_faces.h"
 
 namespace archetide {
-
-/// Box of cells around a surface and one layer of cells more, clamped to one layer outside the
-/// grid.
-struct CellBox {
-  Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
-  std::size_t index(const Vec3i& c) const {
-    const Vec3i d = c - low;
-    return d[0] +
-           static_cast<std::size_t>(size[0]) * (d[1] + static_cast<std::size_t>(size[1]) * d[2]);
-  }
-  std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
-};
-CellBox cell_box(const Grid& g, const std::vector<Vec3>& points);
 
 /// What a surface leaves in each cell of a box, lengths in cells.
 struct CellMoments {

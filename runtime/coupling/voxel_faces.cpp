@@ -165,14 +165,14 @@ VoxelBody voxel_body(const Grid& g, const BodySurface& s, SolidFractions& fracti
 }
 
 VoxelCoupling voxel_coupling(const Grid& g, const VoxelBody& body, int dofs, double density,
-                             const MacField& u_star, const Array3<unsigned char>& is_water) {
+                             const MacField& u_star, const Array3<CellKind>& kind) {
   VoxelCoupling c{{}, MatX::Zero(dofs, dofs), VecX::Zero(dofs)};
   const double b = density * g.dx * g.dx * g.dx;  // dual-cell fluid mass, kg
   std::map<std::int64_t, VecX> columns;
   for (const ConstraintFace& f : body.faces) {
     const std::int64_t outer =
-        static_cast<std::int64_t>(is_water.index(f.outer[0], f.outer[1], f.outer[2]));
-    if (!is_water[outer]) continue;
+        static_cast<std::int64_t>(kind.index(f.outer[0], f.outer[1], f.outer[2]));
+    if (kind[outer] != CellKind::kUnknown) continue;
     VecX& column = columns.try_emplace(outer, VecX::Zero(dofs)).first->second;
     column +=
         f.sign * g.dx * g.dx * f.Q;  // a body moving towards the outer cell pushes flux into it

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "runtime/coupling/body_flux.h"
+#include "runtime/numerics/poisson_matrix.h"
 
 namespace archetide {
 
@@ -42,6 +43,6 @@ struct VoxelCoupling {
   VecX fluid_momentum;  // 6 + r
 };
 VoxelCoupling voxel_coupling(const Grid& g, const VoxelBody& body, int dofs, double density,
-                             const MacField& u_star, const Array3<unsigned char>& is_water);
+                             const MacField& u_star, const Array3<CellKind>& kind);
 
 }  // namespace archetide

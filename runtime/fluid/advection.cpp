@@ -1,8 +1,12 @@
 #include "runtime/fluid/advection.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <memory>
+#include <vector>
 
 #include "common/check.h"
 #include "runtime/fluid/path_block.h"
@@ -18,49 +22,58 @@ using Mask = Array3<unsigned char>;
 // upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
 constexpr double kUpwind = 1.0 / 12.0;
 
-// out(c) = op over the points c + offset along one axis, offset in [first, last], inside the
-// lattice.
-template <class Op>
-void combine_along(Mask& m, int axis, int first, int last, const Op& op) {
-  const Mask in = m;
-  const int nx = m.nx(), size[3] = {m.nx(), m.ny(), m.nz()};
-  const std::size_t stride[3] = {1, static_cast<std::size_t>(nx),
-                                 static_cast<std::size_t>(nx) * m.ny()};
-#pragma omp parallel for
-  for (int k = 0; k < m.nz(); ++k)
-    for (int j = 0; j < m.ny(); ++j)
-      for (int offset = first; offset <= last; ++offset) {
-        if (offset == 0) continue;
-        const int at[3] = {0, j, k};
-        if (axis > 0 && (at[axis] + offset < 0 || at[axis] + offset >= size[axis])) continue;
-        const int low = axis == 0 ? std::max(0, -offset) : 0;
-        const int high = axis == 0 ? std::min(nx, nx - offset) : nx;
-        unsigned char* out = m.data() + m.index(0, j, k);
-        const unsigned char* from =
-            in.data() + m.index(0, j, k) + offset * static_cast<std::ptrdiff_t>(stride[axis]);
-        for (int i = low; i < high; ++i) out[i] = op(out[i], from[i]);
-      }
+// Strides along x, y, z of an array.
+template <class T>
+std::array<std::ptrdiff_t, 3> strides(const Array3<T>& a) {
+  return {1, a.nx(), static_cast<std::ptrdiff_t>(a.nx()) * a.ny()};
 }
+
+// out[i] = op(out[i], in[i])
+template <class Op>
+void combine_row(const unsigned char* __restrict in, int count, const Op& op,
+                 unsigned char* __restrict out) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) out[i] = op(out[i], in[i]);
+}
+
+// out(c) = op over the points c + {first .. last}^3 that are in the lattice; `nothing` changes no
+// result.
+template <class Op>
+Mask combine(const Mask& in, int first, int last, unsigned char nothing, const Op& op) {
+  const int nx = in.nx(), ny = in.ny(), nz = in.nz();
+  Mask out(nx, ny, nz);
+#pragma omp parallel
+  {
+    std::vector<unsigned char> line(nx + last - first, nothing);
+#pragma omp for schedule(static)
+    for (int k = 0; k < nz; ++k)
+      for (int j = 0; j < ny; ++j) {
+        unsigned char* middle = line.data() - first;
+        std::fill_n(middle, nx, nothing);
+        for (int kk = std::max(k + first, 0); kk <= std::min(k + last, nz - 1); ++kk)
+          for (int jj = std::max(j + first, 0); jj <= std::min(j + last, ny - 1); ++jj)
+            combine_row(&in(0, jj, kk), nx, op, middle);
+        std::fill_n(&out(0, j, k), nx, nothing);
+        for (int offset = first; offset <= last; ++offset)
+          combine_row(middle + offset, nx, op, &out(0, j, k));
+      }
+  }
+  return out;
+}
+
+constexpr auto kBoth = [](unsigned char a, unsigned char b) {
+  return static_cast<unsigned char>((a != 0) & (b != 0));
+};
+constexpr auto kEither = [](unsigned char a, unsigned char b) {
+  return static_cast<unsigned char>((a != 0) | (b != 0));
+};
 
 // 1 where all eight corners of the interpolation cell at n are valid.
-Mask whole_stencils(const Mask& valid) {
-  Mask whole = valid;
-  for (int axis = 0; axis < 3; ++axis)
-    combine_along(whole, axis, 0, 1, [](unsigned char a, unsigned char b) {
-      return static_cast<unsigned char>((a != 0) & (b != 0));
-    });
-  return whole;
-}
-
+Mask whole_stencils(const Mask& valid) { return combine(valid, 0, 1, 1, kBoth); }
+// 1 where all 27 points around are valid.
+Mask deep_inside(const Mask& valid) { return combine(valid, -1, 1, 1, kBoth); }
 // `target` and its 26 neighbours.
-Mask surroundings(const Mask& target) {
-  Mask near = target;
-  for (int axis = 0; axis < 3; ++axis)
-    combine_along(near, axis, -1, 1, [](unsigned char a, unsigned char b) {
-      return static_cast<unsigned char>(a | b);
-    });
-  return near;
-}
+Mask surroundings(const Mask& target) { return combine(target, -1, 1, 0, kEither); }
 
 // Velocity at MAC face (i,j,k) of axis A: its own component and the mean of the four around it.
 template <int A>
@@ -108,36 +121,48 @@ double valid_mean(const Lattice& f, const unsigned char* valid, const Slot s[3],
   return weight > 1e-12 ? sum / weight : otherwise;
 }
 
-// 1 where all 27 points around are valid, away from the ends of the rows.
-Mask deep_inside(const Mask& valid) {
-  Mask deep = valid;
-  for (int axis = 0; axis < 3; ++axis)
-    combine_along(deep, axis, -1, 1, [](unsigned char a, unsigned char b) {
-      return static_cast<unsigned char>((a != 0) & (b != 0));
-    });
-  return deep;
-}
-
 bool all_ones(const unsigned char* m) {
-  constexpr unsigned char kOnes[kBlock] = {1, 1, 1, 1, 1, 1, 1, 1};
-  return std::memcmp(m, kOnes, kBlock) == 0;
+  std::uint64_t bytes;
+  static_assert(sizeof(bytes) == kBlock);
+  std::memcpy(&bytes, m, sizeof(bytes));
+  return bytes == kEachByte;
 }
 
-// body(i, j, k, n) for all marked points, but for whole blocks of points that are `deep` inside and
-// for which block(i, j, k, n) does it.
-template <class BlockBody, class Body>
-void for_each_marked(const Mask& mask, const Mask& deep, const BlockBody& block, const Body& body) {
+bool none_zero(const unsigned char* m) {
+  bool any = false;
+  for (int l = 0; l < kBlock; ++l) any |= m[l] == 0;
+  return !any;
+}
+
+// body(i, j, k, n) for all marked points, but for blocks that are `deep` inside and for which
+// block(row_of(j, k), i, j, k, n) does it; blocks may hold points that are not marked, overlap, and
+// leave out kEnd points at the ends of the rows.
+constexpr int kEnd = 2;
+template <class RowOf, class BlockBody, class Body>
+void for_each_marked(const Mask& mask, const Mask& deep, const RowOf& row_of,
+                     const BlockBody& block, const Body& body) {
+  const int nx = mask.nx(), last = nx - kEnd - kBlock;
 #pragma omp parallel for collapse(2) schedule(dynamic, 8)
   for (int k = 0; k < mask.nz(); ++k)
     for (int j = 0; j < mask.ny(); ++j) {
       const std::size_t n = mask.index(0, j, k);
-      const bool inner = j > 0 && j < mask.ny() - 1 && k > 0 && k < mask.nz() - 1;
-      for (int i = 0; i < mask.nx();) {
-        const bool whole = inner && i > 0 && i + kBlock < mask.nx() &&
-                           all_ones(mask.data() + n + i) && all_ones(deep.data() + n + i);
-        const int end = whole ? i + kBlock : i + 1;
-        if (whole && block(i, j, k, n + i)) i = end;
-        for (; i < end; ++i)
+      unsigned char any = 0;
+      for (int i = 0; i < nx; ++i) any |= mask[n + i];
+      if (!any) continue;
+      const auto row = row_of(j, k);
+      for (int i = 0; i < nx;) {
+        if (!mask[n + i]) {
+          ++i;
+          continue;
+        }
+        const int first = std::min(i, last);
+        const bool whole =
+            i >= kEnd && i < nx - kEnd && first >= kEnd && all_ones(&deep[n + first]);
+        if (whole && block(row, first, j, k, n + first)) {
+          i = first + kBlock;
+          continue;
+        }
+        for (const int end = whole ? std::min(i + kBlock, nx) : i + 1; i < end; ++i)
           if (mask[n + i]) body(i, j, k, n + i);
       }
     }
@@ -173,35 +198,48 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
   return sum;
 }
 
-// The same for eight points in a row; false where the points nearest to the feet are not they
-// themselves, or not all around are solved.
+// The same for a block of points; false where the points nearest to the feet are not they
+// themselves.
 bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3], const Block c[3],
                       Block& sum) {
-  if (!all_within(c, 0.5) || to[0] < 2 || to[0] + kBlock + 2 > f.nx()) return false;
   const std::size_t n = f.index(to[0], to[1], to[2]);
   const auto stride = strides(f);
   const int size[3] = {f.nx(), f.ny(), f.nz()};
-  Block here;
-  load(f.data() + n, here);
+  const double* p = f.data() + n;
+  const unsigned char* v = valid.data() + n;
+  Block here, weight[3];
+  BlockBits over = {};
+  for (int a = 0; a < 3; ++a) {
+    Block off;
+    magnitude(c[a], off);
+    const Block rest = 0.5 - off;
+    over |= (BlockBits)rest;
+    weight[a] = off < rest ? off : rest;
+  }
+  if (bytes_of(over >> 63) != 0) return false;
+  load(p, here);
   sum = Block{};
   for (int a = 0; a < 3; ++a) {
-    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;
-    const double* p = f.data() + n;
-    const unsigned char* v = valid.data() + n;
+    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;  // blocks leave out the ends
     const std::ptrdiff_t s = stride[a];
-    if (!all_ones(v - 2 * s) || !all_ones(v - s) || !all_ones(v) || !all_ones(v + s) ||
-        !all_ones(v + 2 * s))
-      return false;
+    BlockBytes solved = {};
+    for (int m = -2; m <= 2; ++m) {
+      BlockBytes b;
+      std::memcpy(&b, v + m * s, sizeof(b));
+      solved |= b ^ 1;
+    }
     Block low2, low, high, high2;
-    load(p - 2 * s, low2), load(p - s, low), load(p + s, high), load(p + 2 * s, high2);
-    const Block off = c[a] < 0.0 ? -c[a] : c[a], rest = 0.5 - off;
-    const Block weight = off < rest ? off : rest;
-    sum += weight * ((low2 + high2) - 4.0 * (low + high) + 6.0 * here);
+    load(p - 2 * s, low2), load(p - s, low);
+    load(p + s, high), load(p + 2 * s, high2);
+    const BlockBits counts = __builtin_convertvector(solved == 0, BlockBits);
+    const Block term = weight[a] * ((low2 + high2) - 4.0 * (low + high) + 6.0 * here);
+    sum += (Block)((BlockBits)term & counts);
   }
   return true;
 }
 
-constexpr unsigned char kAtFoot = 255;
+// A path's sides, or that its corner is in `foot`.
+constexpr unsigned char kAtFoot = 255, kFootByte = 128;
 struct Scratch {
   std::unique_ptr<double[]> hat;  // first-order result
   // where the path of a face ends: kAtFoot, or a bit for each axis on whose low side it lies
@@ -209,99 +247,171 @@ struct Scratch {
   std::unique_ptr<int[]> foot;  // corner of the interpolation cell where the path of a face ends
 };
 
+// Corner of the interpolation cell beside point c on these sides, inside the lattice.
+template <class T>
+std::size_t corner_beside(const Array3<T>& f, const int c[3], unsigned char sides) {
+  const int size[3] = {f.nx(), f.ny(), f.nz()};
+  int at[3];
+  for (int a = 0; a < 3; ++a)
+    at[a] = std::clamp(c[a] - (sides >> a & 1), 0, std::max(size[a] - 2, 0));
+  return f.index(at[0], at[1], at[2]);
+}
+
+// The same neighbours, but at the lattice's ends those inside.
+Steps steps_inside(Steps s) {
+  for (int a = 0; a < 3; ++a) {
+    if (s.low[a] == 0) s.low[a] = s.high[a];
+    if (s.high[a] == 0) s.high[a] = s.low[a];
+  }
+  return s;
+}
+
+// One component, in two passes: first order, and what that lacks.
 template <int A>
-void advect_component(const Grid& g, const MacField& u, const Array3<double>& f, double dt,
-                      const Mask& valid, const Mask& target, Scratch& scratch,
-                      Array3<double>& result) {
-  const double h = dt / g.dx;
-  const MacSampler sampler(g, u);
-  const Lattice source(f);
-  double* hat = scratch.hat.get();
-  int* foot = scratch.foot.get();
-  unsigned char* side = scratch.side.get();
+class ComponentAdvection {
+ public:
+  ComponentAdvection(const Grid& grid, const MacField& carrier, const Array3<double>& values,
+                     double steps, const Mask& valid_source, Scratch& s)
+      : g(grid), u(carrier), f(values), h(steps), valid(valid_source), scratch(s) {}
 
   // First order, also one face beyond the target, whose values the way back reads.
-  const Mask whole = whole_stencils(valid);
-  Mask hat_valid(f.nx(), f.ny(), f.nz());
-  const auto stride = strides(f);
-  const auto first_block = [&](int i, int j, int k, std::size_t n) {
-    Block v[3], d[3], value;
-    if (!path_block<A>(u, i, j, k, -h, v, d)) return false;
-    interpolate_block(f.data() + n, stride, d, value);
-    store(value, hat + n);
-    std::memset(&hat_valid[n], 1, kBlock);
-    sides_of(d, side + n);
-    return true;
-  };
-  for_each_marked(surroundings(target), deep_inside(valid), first_block,
-                  [&](int i, int j, int k, std::size_t n) {
-                    Slot s[3];
-                    path_end<A>(g, u, sampler, i, j, k, -h, s);
-                    const std::size_t base = source.base(s[0], s[1], s[2]);
-                    foot[n] = static_cast<int>(base);
-                    side[n] = kAtFoot;
-                    hat_valid[n] = whole[base];
-                    hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
-                                         : valid_mean(source, valid.data(), s, f[n]);
-                  });
+  void go_there(const Mask& target) {
+    for_each_marked(
+        surroundings(target), deep_inside(valid), row_of(),
+        [&](const PathRow<A>& row, int i, int j, int k, std::size_t n) {
+          return first_block(row, i, j, k, n);
+        },
+        [&](int i, int j, int k, std::size_t n) { first_point(i, j, k, n); });
+    whole_hat = whole_stencils(hat_valid);
+    first_order.values = scratch.hat.get();
+  }
 
   // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at
   // the foot.
-  const Mask whole_hat = whole_stencils(hat_valid);
-  Lattice first_order(f);
-  first_order.values = hat;
-  const auto corrected = [&](std::size_t n, double back, double damped) {
+  void come_back(const Mask& target, Array3<double>& result) const {
+    for_each_marked(
+        target, deep_inside(hat_valid), row_of(),
+        [&](const PathRow<A>& row, int i, int j, int k, std::size_t n) {
+          Block value;
+          if (!second_block(row, i, j, k, n, value)) return false;
+          if (all_ones(&target[n]))
+            store(value, &result[n]);
+          else
+            for (int l = 0; l < kBlock; ++l)
+              if (target[n + l]) result[n + l] = value[l];
+          return true;
+        },
+        [&](int i, int j, int k, std::size_t n) { result[n] = second_point(i, j, k, n); });
+  }
+
+ private:
+  auto row_of() const {
+    return [this](int j, int k) { return PathRow<A>(g, u, j, k); };
+  }
+
+  bool first_block(const PathRow<A>& row, int i, int j, int k, std::size_t n) {
+    Block v[3], d[3];
+    row.velocities(i, v);
+    if (!row.ends(i, -h, v, d)) return false;
+    const BlockSides sides(d, 1.0);
+    if (sides.any_far()) return false;
+    Block value;
+    interpolate_block(f.data() + n, steps_at(f, j, k), d, sides, value);
+    store(value, &scratch.hat[n]);
+    std::memcpy(&scratch.side[n], &sides.bytes, kBlock);
+    std::memset(&hat_valid[n], 1, kBlock);
+    return true;
+  }
+
+  void first_point(int i, int j, int k, std::size_t n) {
+    Slot s[3];
+    path_end<A>(g, u, sampler, i, j, k, -h, s);
+    const std::size_t base = source.base(s[0], s[1], s[2]);
+    scratch.foot[n] = static_cast<int>(base);
+    scratch.side[n] = kAtFoot;
+    hat_valid[n] = whole[base];
+    scratch.hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
+                                 : valid_mean(source, valid.data(), s, f[n]);
+  }
+
+  double corrected(int i, int j, int k, std::size_t n, double back, double damped) const {
     double low, high;
-    std::size_t base = foot[n];
-    if (side[n] != kAtFoot) {
-      base = n;
-      for (int a = 0; a < 3; ++a) base -= side[n] >> a & 1 ? stride[a] : 0;
-    }
-    source.range(base, low, high);
-    return std::min(std::max(hat[n] + 0.5 * (f[n] - back) - damped, low), high);
-  };
-  const auto damping = [&](int i, int j, int k) {
+    const int at[3] = {i, j, k};
+    const unsigned char side = scratch.side[n];
+    source.range(side == kAtFoot ? scratch.foot[n] : corner_beside(f, at, side), low, high);
+    return std::min(std::max(scratch.hat[n] + 0.5 * (f[n] - back) - damped, low), high);
+  }
+
+  double damping(int i, int j, int k) const {
     double v[3];
     face_velocity<A>(g, u, i, j, k, v);
     const int to[3] = {i, j, k};
     const double c[3] = {h * v[0], h * v[1], h * v[2]};
     return kUpwind * biharmonic(f, valid, to, c);
-  };
-  const auto second_block = [&](int i, int j, int k, std::size_t n) {
-    Block v[3], d[3], back;
-    if (!path_block<A>(u, i, j, k, h, v, d)) return false;
-    interpolate_block(hat + n, stride, d, back);
-    unsigned char at_foot = 0, solved = 1;
-    for (int l = 0; l < kBlock; ++l) at_foot |= side[n + l] == kAtFoot, solved &= valid[n + l] != 0;
-    if (at_foot || !solved) {
+  }
+
+  bool second_block(const PathRow<A>& row, int i, int j, int k, std::size_t n, Block& value) const {
+    Block v[3], d[3];
+    row.velocities(i, v);
+    if (!row.ends(i, h, v, d)) return false;
+    const BlockSides sides(d, 1.0);
+    if (sides.any_far()) return false;
+    const Steps steps = steps_at(f, j, k);
+    Block back;
+    interpolate_block(&scratch.hat[n], steps, d, sides, back);
+    std::uint64_t at_foot;
+    std::memcpy(&at_foot, &scratch.side[n], sizeof(at_foot));
+    const bool one_by_one = (at_foot & kFootByte * kEachByte) != 0 || !none_zero(&valid[n]);
+    if (one_by_one) {
       for (int l = 0; l < kBlock; ++l)
-        result[n + l] = valid[n + l] ? corrected(n + l, back[l], damping(i + l, j, k)) : hat[n + l];
+        value[l] = valid[n + l] ? corrected(i + l, j, k, n + l, back[l], damping(i + l, j, k))
+                                : scratch.hat[n + l];
       return true;
     }
     Block low, high, first, old, damped;
-    for (Block& c : v) c *= h;
+    for (int a = 0; a < 3; ++a) v[a] *= h;
     const int to[3] = {i, j, k};
     if (biharmonic_block(f, valid, to, v, damped))
       damped *= kUpwind;
     else
       for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k);
-    range_block(f.data() + n, stride, side + n, low, high);
-    load(hat + n, first), load(f.data() + n, old);
-    const Block value = first + 0.5 * (old - back) - damped;
-    const Block above = value > low ? value : low;
-    store(above < high ? above : high, &result[n]);
+    range_block(f.data() + n, steps_inside(steps), at_foot, low, high);
+    load(&scratch.hat[n], first), load(f.data() + n, old);
+    const Block raw = first + 0.5 * (old - back) - damped;
+    const Block above = raw > low ? raw : low;
+    value = above < high ? above : high;
     return true;
-  };
-  for_each_marked(
-      target, deep_inside(hat_valid), second_block, [&](int i, int j, int k, std::size_t n) {
-        result[n] = hat[n];
-        if (!hat_valid[n] || !valid[n]) return;
-        Slot s[3];
-        path_end<A>(g, u, sampler, i, j, k, h, s);
-        const std::size_t base = first_order.base(s[0], s[1], s[2]);
-        if (!whole_hat[base]) return;
-        result[n] = corrected(n, first_order.at(base, s[0].f, s[1].f, s[2].f), damping(i, j, k));
-      });
+  }
+
+  double second_point(int i, int j, int k, std::size_t n) const {
+    if (!hat_valid[n] || !valid[n]) return scratch.hat[n];
+    Slot s[3];
+    path_end<A>(g, u, sampler, i, j, k, h, s);
+    const std::size_t base = first_order.base(s[0], s[1], s[2]);
+    if (!whole_hat[base]) return scratch.hat[n];
+    return corrected(i, j, k, n, first_order.at(base, s[0].f, s[1].f, s[2].f), damping(i, j, k));
+  }
+
+  const Grid& g;
+  const MacField& u;
+  const Array3<double>& f;
+  const double h;  // s/m
+  const Mask& valid;
+  Scratch& scratch;
+  const MacSampler sampler{g, u};
+  const Lattice source{f};
+  const Mask whole = whole_stencils(valid);
+  Mask hat_valid{f.nx(), f.ny(), f.nz()}, whole_hat;
+  Lattice first_order{f};
+};
+
+template <int A>
+void advect_component(const Grid& g, const MacField& u, const MacField& advected, double dt,
+                      const FaceField<unsigned char>& valid, const FaceField<unsigned char>& target,
+                      Scratch& scratch, MacField& result) {
+  ComponentAdvection<A> advection(g, u, advected[A], dt / g.dx, valid[A], scratch);
+  advection.go_there(target[A]);
+  advection.come_back(target[A], result[A]);
 }
 
 }  // namespace
@@ -309,7 +419,7 @@ void advect_component(const Grid& g, const MacField& u, const Array3<double>& f,
 void advect_velocity(const Grid& g, const MacField& transporting, const MacField& advected,
                      double dt, const FaceField<unsigned char>& valid_source,
                      const FaceField<unsigned char>& target, MacField& result) {
-  ARCHETIDE_CHECK(&result != &advected && &result != &transporting);
+  ARCHETIDE_CHECK(&result != &advected);
   std::size_t largest = 0;
   for (int a = 0; a < 3; ++a) largest = std::max(largest, advected[a].size());
   for (int a = 0; a < 3; ++a)
@@ -317,22 +427,25 @@ void advect_velocity(const Grid& g, const MacField& transporting, const MacField
   Scratch scratch{std::make_unique_for_overwrite<double[]>(largest),
                   std::make_unique_for_overwrite<unsigned char[]>(largest),
                   std::make_unique_for_overwrite<int[]>(largest)};
-  advect_component<0>(g, transporting, advected[0], dt, valid_source[0], target[0], scratch,
-                      result[0]);
-  advect_component<1>(g, transporting, advected[1], dt, valid_source[1], target[1], scratch,
-                      result[1]);
-  advect_component<2>(g, transporting, advected[2], dt, valid_source[2], target[2], scratch,
-                      result[2]);
+  advect_component<0>(g, transporting, advected, dt, valid_source, target, scratch, result);
+  advect_component<1>(g, transporting, advected, dt, valid_source, target, scratch, result);
+  advect_component<2>(g, transporting, advected, dt, valid_source, target, scratch, result);
 }
 
 double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask) {
   double fastest = 0.0;
   for (int a = 0; a < 3; ++a) {
     const double* f = u[a].data();
-    const unsigned char* m = mask ? (*mask)[a].data() : nullptr;
-#pragma omp parallel for reduction(max : fastest)
-    for (std::size_t n = 0; n < u[a].size(); ++n)
-      if (!m || m[n]) fastest = std::max(fastest, std::abs(f[n]));
+    const std::size_t count = u[a].size();
+    if (mask) {
+      const unsigned char* m = (*mask)[a].data();
+#pragma omp parallel for simd schedule(static) reduction(max : fastest)
+      for (std::size_t n = 0; n < count; ++n)
+        fastest = std::max(fastest, m[n] ? std::abs(f[n]) : 0.0);
+    } else {
+#pragma omp parallel for simd schedule(static) reduction(max : fastest)
+      for (std::size_t n = 0; n < count; ++n) fastest = std::max(fastest, std::abs(f[n]));
+    }
   }
   return fastest;
 }

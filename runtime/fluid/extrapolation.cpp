@@ -17,7 +17,8 @@ constexpr int kLinearLayers =
     2;  // of velocities: what moves a surface between two faces is second order
 constexpr double kUnchanged = 1e-9;  // in dx: smaller changes of phi are rounding
 
-bool known(const Mask& valid, int n) { return valid[n] != 0 && valid[n] != kClaimed; }
+// Whether point n is known before this layer is.
+bool known(const Mask& valid, int n, int layer) { return valid[n] != 0 && valid[n] <= layer; }
 
 // Invalid points with a valid neighbour, marked as claimed.
 std::vector<int> first_frontier(Mask& valid) {
@@ -33,41 +34,45 @@ std::vector<int> first_frontier(Mask& valid) {
   return frontier;
 }
 
-// Layer by layer: f on the frontier from value(n), which reads known points only. `done` layers
-// were grown before.
+// The points of the layers around the valid ones, the n-th (from 1) marked n + 1.
+std::vector<std::vector<int>> grow_layers(Mask& valid, int count) {
+  std::vector<std::vector<int>> layers;
+  std::vector<int> frontier;
+  if (count > 0) frontier = first_frontier(valid);
+  while (!frontier.empty()) {
+    layers.push_back(std::move(frontier));
+    frontier.clear();
+    const std::vector<int>& last = layers.back();
+    const auto mark = static_cast<unsigned char>(layers.size() + 1);
+    const int points = static_cast<int>(last.size());
+#pragma omp parallel for if (points > kParallelFrom)
+    for (int t = 0; t < points; ++t) valid[last[t]] = mark;
+    if (static_cast<int>(layers.size()) < std::min(count, kMaxLayers))
+      frontier = claim_neighbours(valid, last, kClaimed, [](int) { return true; });
+  }
+  return layers;
+}
+
+// Layer by layer: f from value(n, layer), which reads points before this layer only.
 template <class Value>
-void grow(Array3<double>& f, Mask& valid, int layers, const Value& value, int done = 0) {
-  layers = std::min(layers, kMaxLayers);
-  if (layers <= done) return;
-  std::vector<int> frontier = first_frontier(valid);
-  std::vector<double> values;
-  for (int layer = done + 1; layer <= layers && !frontier.empty(); ++layer) {
-    const int count = static_cast<int>(frontier.size());
-    values.resize(count);
+void fill_layers(Array3<double>& f, const std::vector<std::vector<int>>& layers,
+                 const Value& value) {
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const std::vector<int>& points = layers[l];
+    const int count = static_cast<int>(points.size()), layer = static_cast<int>(l) + 1;
 #pragma omp parallel for if (count > kParallelFrom)
-    for (int t = 0; t < count; ++t) values[t] = value(frontier[t]);
-#pragma omp parallel for if (count > kParallelFrom)
-    for (int t = 0; t < count; ++t) {
-      f[frontier[t]] = values[t];
-      valid[frontier[t]] = static_cast<unsigned char>(layer + 1);
-    }
-    if (layer < layers)
-      frontier = claim_neighbours(valid, frontier, kClaimed, [](int) { return true; });
+    for (int t = 0; t < count; ++t) f[points[t]] = value(points[t], layer);
   }
 }
 
-void grow_constant(Array3<double>& f, Mask& valid, int layers, int done = 0) {
-  grow(
-      f, valid, layers,
-      [&](int n) {
-        double sums[3] = {0.0, 0.0, 0.0};
-        int count = 0;
-        for_each_neighbour(valid, unravel(valid, n), n, [&](int axis, int, int m) {
-          if (known(valid, m)) sums[axis] += f[m], ++count;
-        });
-        return (sums[0] + sums[1] + sums[2]) / count;
-      },
-      done);
+// Mean of the known neighbours.
+double constant_extension(const Array3<double>& f, const Mask& valid, int n, int layer) {
+  double sums[3] = {0.0, 0.0, 0.0};
+  int count = 0;
+  for_each_neighbour(valid, unravel(valid, n), n, [&](int axis, int, int m) {
+    if (known(valid, m, layer)) sums[axis] += f[m], ++count;
+  });
+  return (sums[0] + sums[1] + sums[2]) / count;
 }
 
 // How far two successive slopes are alike: 1 from a ratio of 3/4 on, 0 below 1/2, where the flow is
@@ -88,25 +93,24 @@ double trusted_slope(double a, double b, double c) {
 
 // Linear: the mean over the known neighbours m of f(m) and the slope on the way to it, 0 if it is
 // not known.
-void grow_linear(Array3<double>& f, Mask& valid, int layers) {
+double linear_extension(const Array3<double>& f, const Mask& valid, int n, int layer) {
   const int stride[3] = {1, f.nx(), f.nx() * f.ny()}, size[3] = {f.nx(), f.ny(), f.nz()};
-  grow(f, valid, layers, [&](int n) {
-    const Ijk c = unravel(valid, n);
-    const int at[3] = {c.i, c.j, c.k};
-    double sums[3] = {0.0, 0.0, 0.0};
-    int count = 0;
-    for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
-      if (!known(valid, m)) return;
-      ++count;
-      double value = f[m];
-      const int end = at[axis] + 4 * side, step = side * stride[axis];
-      const int p = m + step, q = p + step, r = q + step;
-      if (end >= 0 && end < size[axis] && known(valid, p) && known(valid, q) && known(valid, r))
-        value += trusted_slope(f[m] - f[p], f[p] - f[q], f[q] - f[r]);
-      sums[axis] += value;
-    });
-    return (sums[0] + sums[1] + sums[2]) / count;
+  const Ijk c = unravel(valid, n);
+  const int at[3] = {c.i, c.j, c.k};
+  double sums[3] = {0.0, 0.0, 0.0};
+  int count = 0;
+  const auto is_known = [&](int m) { return known(valid, m, layer); };
+  for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
+    if (!is_known(m)) return;
+    ++count;
+    double value = f[m];
+    const int end = at[axis] + 4 * side, step = side * stride[axis];
+    const int p = m + step, q = p + step, r = q + step;
+    if (end >= 0 && end < size[axis] && is_known(p) && is_known(q) && is_known(r))
+      value += trusted_slope(f[m] - f[p], f[p] - f[q], f[q] - f[r]);
+    sums[axis] += value;
   });
+  return (sums[0] + sums[1] + sums[2]) / count;
 }
 
 void zero_invalid(Array3<double>& f, const Mask& valid) {
@@ -128,7 +132,8 @@ double slope_trust(double near, double slope, double dx) {
 // Mean over the axes of the straight lines through the two known points next to n, both inside the
 // band, the fully trusted ones if there are any. Without a line the old value if it is within 1.5
 // cells of the neighbours' mean, and else that mean.
-double line_extension(const Array3<double>& phi, const Mask& valid, int n, double dx, double band) {
+double line_extension(const Array3<double>& phi, const Mask& valid, int n, int layer, double dx,
+                      double band) {
   const int stride[3] = {1, phi.nx(), phi.nx() * phi.ny()};
   const int size[3] = {phi.nx(), phi.ny(), phi.nz()};
   const Ijk c = unravel(phi, n);
@@ -136,10 +141,10 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, doubl
   double lines = 0.0, points = 0.0, best_trust = 0.0;
   int line_count = 0, point_count = 0;
   for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
-    if (!known(valid, m)) return;
+    if (!known(valid, m, layer)) return;
     points += phi[m], ++point_count;
     const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
-    if (beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
+    if (beyond < 0 || beyond >= size[axis] || !known(valid, mm, layer)) return;
     if (std::abs(phi[m]) >= band || std::abs(phi[mm]) >= band) return;
     const double slope = std::clamp(phi[m] - phi[mm], -dx, dx),
                  trust = slope_trust(phi[m], slope, dx);
@@ -171,7 +176,7 @@ double trusted_lines(const Array3<double>& phi, const Mask& valid, int n, double
   int count = 0;
   for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
     const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
-    if (!known(valid, m) || beyond < 0 || beyond >= size[axis] || !known(valid, mm)) return;
+    if (valid[m] != 1 || beyond < 0 || beyond >= size[axis] || valid[mm] != 1) return;
     const double slope = std::clamp(phi[m] - phi[mm], -dx, dx);
     if (slope_trust(phi[m], slope, dx) == 1.0) lines[axis] += phi[m] + slope, ++count;
   });
@@ -215,11 +220,19 @@ Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int
   return sheet;
 }
 
-void extrapolate_velocity(const Grid&, MacField& u, FaceField<unsigned char>& valid, int layers) {
+void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsigned char>& valid,
+                          int layers) {
   for (int a = 0; a < 3; ++a) {
-    grow_linear(u[a], valid[a], std::min(layers, kLinearLayers));
-    grow_constant(u[a], valid[a], layers, kLinearLayers);
-    zero_invalid(u[a], valid[a]);
+    const Mask& known = valid[a];
+    const std::vector<std::vector<int>> grown = grow_layers(valid[a], layers);
+    for (MacField* u : fields) {
+      Array3<double>& f = (*u)[a];
+      fill_layers(f, grown, [&](int n, int layer) {
+        return layer <= kLinearLayers ? linear_extension(f, known, n, layer)
+                                      : constant_extension(f, known, n, layer);
+      });
+      zero_invalid(f, known);
+    }
   }
 }
 
@@ -230,8 +243,8 @@ void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int
 #pragma omp parallel for
   for (std::size_t n = 0; n < solid.size(); ++n)
     valid[n] = solid[n] == 0 || (sheet.size() != 0 && sheet[n] != 0);
-  grow(phi, valid, layers, [&](int n) {
-    const double value = line_extension(phi, valid, n, g.dx, band);
+  fill_layers(phi, grow_layers(valid, layers), [&](int n, int layer) {
+    const double value = line_extension(phi, valid, n, layer, g.dx, band);
     return unless_rounding(phi[n], value, kUnchanged * g.dx);
   });
 }

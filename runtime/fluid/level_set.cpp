@@ -103,7 +103,7 @@ double half_space_fraction(double value, const Vec3& m) {
 }
 
 double water_volume(const Grid& g, const Array3<double>& phi,
-                    const Array3<double>* cell_open_fraction) {
+                    const Array3<double>* solid_fraction) {
   // One sum per row, added in order: the result does not depend on the number of threads.
   std::vector<double> rows(static_cast<std::size_t>(g.ny) * g.nz, 0.0);
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)
@@ -120,7 +120,7 @@ double water_volume(const Grid& g, const Array3<double>& phi,
               phi[n], Vec3(difference(p, 1, i, g.nx), difference(p, g.nx, j, g.ny),
                            difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
         }
-        sum += cell_open_fraction ? fraction * (*cell_open_fraction)[n] : fraction;
+        sum += solid_fraction ? fraction * open_fraction((*solid_fraction)[n]) : fraction;
       }
       rows[j + static_cast<std::size_t>(g.ny) * k] = sum;
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "runtime/grid/grid.h"
 
 namespace archetide {
@@ -11,10 +13,15 @@ void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double
                       const Sides& open_side = {});
 
 /// Volume of phi < 0, m^3: per cell that of the half space phi + grad phi . (x - centre) < 0, exact
-/// for planes, times the cell's open fraction when given. phi must be a distance (|grad phi| near
-/// 1) where |phi| < dx.
+/// for planes, times what the solids leave of the cell when their fractions are given. phi must be
+/// a distance (|grad phi| near 1) where |phi| < dx.
 double water_volume(const Grid& g, const Array3<double>& phi,
-                    const Array3<double>* cell_open_fraction = nullptr);
+                    const Array3<double>* solid_fraction = nullptr);
+
+/// What a solid leaves of a cell; fractions of overlapping solids add up to more than 1.
+inline double open_fraction(double solid_fraction) {
+  return std::min(std::max(1.0 - solid_fraction, 0.0), 1.0);
+}
 
 /// Fraction of the unit cube about 0 where value + m . x < 0, exact to round-off for every m.
 double half_space_fraction(double value, const Vec3& m);

@@ -56,4 +56,19 @@ class Array3 {
   std::vector<T> data_;
 };
 
+/// to = from, on all threads.
+template <class T>
+void copy_values(const std::vector<T>& from, std::vector<T>& to) {
+  to.resize(from.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t n = 0; n < from.size(); ++n) to[n] = from[n];
+}
+template <class T>
+void copy_values(const Array3<T>& from, Array3<T>& to) {
+  if (to.nx() != from.nx() || to.ny() != from.ny() || to.nz() != from.nz())
+    to.resize(from.nx(), from.ny(), from.nz());
+#pragma omp parallel for simd schedule(static)
+  for (std::size_t n = 0; n < from.size(); ++n) to[n] = from[n];
+}
+
 }  // namespace archetide

@@ -52,6 +52,12 @@ struct FaceField {
   const Array3<T>& operator[](int a) const { return axis[a]; }
 };
 
+/// to = from, on all threads.
+template <class T>
+void copy_values(const FaceField<T>& from, FaceField<T>& to) {
+  for (int a = 0; a < 3; ++a) copy_values(from[a], to[a]);
+}
+
 /// Face-normal velocities, m/s.
 using MacField = FaceField<double>;
 

@@ -86,7 +86,7 @@ void run(int n) {
   const auto nothing = [] {};
   time_it(
       "extrapolate velocity", tank.near_water, [&] { valid = tank.wet; },
-      [&] { extrapolate_velocity(g, s.u, valid, 4); });
+      [&] { extrapolate_velocity({&s.u}, valid, 4); });
   time_it("advect velocity", tank.near_water, nothing,
           [&] { advect_velocity(g, s.u, s.u, dt, valid, tank.wet, result); });
   const Array3<double> start = s.phi;

@@ -109,9 +109,6 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
   assemble_pressure_system(grid, {&phi, nullptr, 0.0}, open, open_side, hydrostatics, solid_faces,
                            system);
 
-  Array3<unsigned char> is_water(grid.nx, grid.ny, grid.nz);
-  for (std::size_t n = 0; n < is_water.size(); ++n)
-    is_water[n] = system.matrix.kind[n] == CellKind::kUnknown;
   for (std::size_t b = 0; b < reduced.size(); ++b) {
     CoupledBody& body = bodies[b];
     VecX force = hydrostatic_force(grid, surfaces[b], surfaces[b].points, system);
@@ -127,7 +124,7 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
       bound_carried_water(H, carried);
     } else {
       VoxelCoupling v =
-          voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWater, u_star, is_water);
+          voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWater, u_star, system.matrix.kind);
       body.flux = std::move(v.flux);
       carried = std::move(v.fluid_mass);
       momentum = std::move(v.fluid_momentum);

@@ -50,7 +50,7 @@ struct Wave {
             u[a](i, j, k) = velocity(g.face_centre(a, i, j, k))[a];
           }
     FaceField<unsigned char> valid = solved;
-    extrapolate_velocity(g, u, valid, 5);
+    extrapolate_velocity({&u}, valid, 5);
     close_sides(g, {}, u);
   }
 

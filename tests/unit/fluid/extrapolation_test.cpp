@@ -33,7 +33,7 @@ TEST(Extrapolation, ReproducesConstantsExactlyAndStopsAfterTheLayers) {
   for (int layers : {0, 1, 4}) {
     Ball b([&](int a, const Vec3&) { return constant[a]; });
     const FaceField<unsigned char> before = b.valid;
-    extrapolate_velocity(b.g, b.u, b.valid, layers);
+    extrapolate_velocity({&b.u}, b.valid, layers);
     std::size_t reached = 0;
     for (int a = 0; a < 3; ++a)
       for (std::size_t n = 0; n < b.u[a].size(); ++n) {
@@ -50,7 +50,7 @@ TEST(Extrapolation, ReproducesConstantsExactlyAndStopsAfterTheLayers) {
 TEST(Extrapolation, LayerNumberIsTheStepsFromTheValidFaces) {
   Ball b([](int, const Vec3&) { return 1.0; });
   const FaceField<unsigned char> before = b.valid;
-  extrapolate_velocity(b.g, b.u, b.valid, 3);
+  extrapolate_velocity({&b.u}, b.valid, 3);
   // Along a line of faces that leaves the ball the layers count 2, 3, 4 and then stop.
   const Array3<unsigned char>& v = b.valid[0];
   int i = 11;
@@ -79,7 +79,7 @@ TEST(Extrapolation, ALinearFieldGoesOnExactlyForTwoLayersAndIsConstantBeyond) {
   const auto f = [](const Vec3& x) { return 3.0 * x[0] - 2.0 * x[1] + x[2]; };
   MacField u(g);
   FaceField<unsigned char> valid = half_box(g, u, f);
-  extrapolate_velocity(g, u, valid, 4);
+  extrapolate_velocity({&u}, valid, 4);
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < u[a].nx(); ++i) {
       const unsigned char layer = valid[a](i, 3, 3);
@@ -95,15 +95,15 @@ TEST(Extrapolation, NoiseDoesNotGrow) {
   FaceField<unsigned char> valid = half_box(g, u, [&](const Vec3& x) {
     return std::cos(M_PI * std::floor(x[0] / g.dx + 0.25));  // +1, -1, +1 ... along x
   });
-  extrapolate_velocity(g, u, valid, 5);
+  extrapolate_velocity({&u}, valid, 5);
   EXPECT_LE(max_speed(u), 1.0);
 }
 
 TEST(Extrapolation, DoesNotDependOnTheNumberOfThreads) {
   const auto f = [](int a, const Vec3& x) { return std::sin(9 * x[0] + a) * x[1] + x[2]; };
   Ball one(f), two(f);
-  test::with_threads(1, [&] { extrapolate_velocity(one.g, one.u, one.valid, 5); });
-  test::with_threads(2, [&] { extrapolate_velocity(two.g, two.u, two.valid, 5); });
+  test::with_threads(1, [&] { extrapolate_velocity({&one.u}, one.valid, 5); });
+  test::with_threads(2, [&] { extrapolate_velocity({&two.u}, two.valid, 5); });
   EXPECT_TRUE(test::same_bits(one.u, two.u));
 }
 

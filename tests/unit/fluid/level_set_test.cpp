@@ -74,13 +74,13 @@ TEST(WaterVolume, IsSecondOrderForASphere) {
   EXPECT_LT(error[0], 1e-2);
 }
 
-TEST(WaterVolume, IsWeighedByTheOpenFraction) {
+TEST(WaterVolume, IsWhatSolidsLeave) {
   const Grid g = unit_grid(8, 8, 8, 0.5);
   const Array3<double> phi = sample_cells(g, [](const Vec3& x) { return x[2] - 1.7; });
-  Array3<double> open(8, 8, 8, 1.0);
+  Array3<double> solid(8, 8, 8, 0.0);
   for (int k = 0; k < 8; ++k)
-    for (int j = 0; j < 8; ++j) open(3, j, k) = 0.25;
-  EXPECT_NEAR(water_volume(g, phi, &open), 4.0 * 1.7 * (4.0 - 0.75 * 0.5), 1e-12);
+    for (int j = 0; j < 8; ++j) solid(3, j, k) = 0.75;
+  EXPECT_NEAR(water_volume(g, phi, &solid), 4.0 * 1.7 * (4.0 - 0.75 * 0.5), 1e-12);
 }
 
 TEST(LevelSetAdvection, AtRestNothingChanges) {

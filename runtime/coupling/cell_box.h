@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/grid/grid.h"
+
+namespace archetide {
+
+/// Box of cells around a surface and one layer of cells more, clamped to one layer outside the
+/// grid.
+struct CellBox {
+  Vec3i low = Vec3i::Zero(), size = Vec3i::Zero();
+  std::size_t index(const Vec3i& c) const {
+    const Vec3i d = c - low;
+    return d[0] +
+           static_cast<std::size_t>(size[0]) * (d[1] + static_cast<std::size_t>(size[1]) * d[2]);
+  }
+  std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
+};
+CellBox cell_box(const Grid& g, const std::vector<Vec3>& points);
+CellBox whole_box(const Grid& g);
+
+/// Calls f(first, last) for the rows of a lattice of cells or faces in a box, faces on its high
+/// sides included; on all threads.
+template <class T, class F>
+void for_each_row(const Array3<T>& lattice, const CellBox& box, const F& f) {
+  Vec3i low = box.low.cwiseMax(0);
+  const Vec3i end = (box.low + box.size + Vec3i::Ones())
+                        .cwiseMin(Vec3i(lattice.nx(), lattice.ny(), lattice.nz()));
+#pragma omp parallel for schedule(static) if (box.count() > 32768)
+  for (int k = low[2]; k < end[2]; ++k)
+    for (int j = low[1]; j < end[1]; ++j)
+      if (low[0] < end[0]) f(lattice.index(low[0], j, k), lattice.index(end[0] - 1, j, k) + 1);
+}
+
+}  // namespace archetide
