@@ -134,38 +134,52 @@ bool none_zero(const unsigned char* m) {
   return !any;
 }
 
-// body(i, j, k, n) for all marked points, but for blocks that are `deep` inside and for which
-// block(row_of(j, k), i, j, k, n) does it; blocks may hold points that are not marked, overlap, and
-// leave out kEnd points at the ends of the rows.
-constexpr int kEnd = 2;
+constexpr int kEnd = 2;  // points at the ends of the rows that blocks leave out
+
+// body(i, j, k, n) for the marked points of a row, but for blocks that are `deep` inside and for
+// which block(first, n) does it; blocks may hold points that are not marked, and overlap.
+template <class BlockBody, class Body>
+void for_each_marked_of_row(const Mask& mask, const Mask& deep, int j, int k,
+                            const BlockBody& block, const Body& body) {
+  const std::size_t n = mask.index(0, j, k);
+  const int nx = mask.nx(), last = nx - kEnd - kBlock;
+  for (int i = 0; i < nx;) {
+    if (!mask[n + i]) {
+      ++i;
+      continue;
+    }
+    const int first = std::min(i, last);
+    const bool whole = i >= kEnd && i < nx - kEnd && first >= kEnd && all_ones(&deep[n + first]);
+    if (whole && block(first, n + first)) {
+      i = first + kBlock;
+      continue;
+    }
+    for (const int end = whole ? std::min(i + kBlock, nx) : i + 1; i < end; ++i)
+      if (mask[n + i]) body(i, j, k, n + i);
+  }
+}
+
+// The same for all rows, block(row_of(j, k), i, j, k, n), in bars of rows whose neighbours above
+// and below are still in the cache when they are asked for.
 template <class RowOf, class BlockBody, class Body>
 void for_each_marked(const Mask& mask, const Mask& deep, const RowOf& row_of,
                      const BlockBody& block, const Body& body) {
-  const int nx = mask.nx(), last = nx - kEnd - kBlock;
-#pragma omp parallel for collapse(2) schedule(dynamic, 8)
-  for (int k = 0; k < mask.nz(); ++k)
-    for (int j = 0; j < mask.ny(); ++j) {
-      const std::size_t n = mask.index(0, j, k);
-      unsigned char any = 0;
-      for (int i = 0; i < nx; ++i) any |= mask[n + i];
-      if (!any) continue;
-      const auto row = row_of(j, k);
-      for (int i = 0; i < nx;) {
-        if (!mask[n + i]) {
-          ++i;
-          continue;
+  constexpr int kWide = 8, kHigh = 16;
+  const int nx = mask.nx(), ny = mask.ny(), nz = mask.nz();
+#pragma omp parallel for collapse(2) schedule(dynamic)
+  for (int k0 = 0; k0 < nz; k0 += kHigh)
+    for (int j0 = 0; j0 < ny; j0 += kWide)
+      for (int k = k0; k < std::min(k0 + kHigh, nz); ++k)
+        for (int j = j0; j < std::min(j0 + kWide, ny); ++j) {
+          const std::size_t n = mask.index(0, j, k);
+          unsigned char any = 0;
+          for (int i = 0; i < nx; ++i) any |= mask[n + i];
+          if (!any) continue;
+          const auto row = row_of(j, k);
+          for_each_marked_of_row(
+              mask, deep, j, k,
+              [&](int first, std::size_t at) { return block(row, first, j, k, at); }, body);
         }
-        const int first = std::min(i, last);
-        const bool whole =
-            i >= kEnd && i < nx - kEnd && first >= kEnd && all_ones(&deep[n + first]);
-        if (whole && block(row, first, j, k, n + first)) {
-          i = first + kBlock;
-          continue;
-        }
-        for (const int end = whole ? std::min(i + kBlock, nx) : i + 1; i < end; ++i)
-          if (mask[n + i]) body(i, j, k, n + i);
-      }
-    }
 }
 
 // Sum over the axes of a weight times the fourth difference of f at the point nearest to the foot
