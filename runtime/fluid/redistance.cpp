@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -139,8 +140,9 @@ double interface_distance(const Array3<double>& phi, const Box& box, double dx, 
   return value / slope_to_remove(std::max(std::sqrt(slope2), steepest_crossing) / dx);
 }
 
-// Distances on their way outwards: on a lattice with a rim two points wide around that of phi, which
-// is not a number, so that nothing outside of the tank is nearer than anything.
+// Distances on their way outwards: on a lattice with a rim two points wide around that of phi,
+// which is not a number, so that nothing outside of the tank is nearer than anything. Cells that
+// are not reached hold their old distance, raised by `band`: beyond it all are alike.
 struct Front {
   static constexpr int kRim = 2;
   enum : unsigned char { kUnreached, kReached, kClosed };  // closed: reached, but not inside `band`
@@ -163,16 +165,12 @@ struct Front {
         const double* from = phi.data() + phi.index(0, j, k);
         const std::size_t first = index(0, j, k);
         for (int i = 0; i < phi.nx(); ++i)
-          distance[first + i] = wet(from[i]) ? -band : band, marks[first + i] = kUnreached;
+          distance[first + i] = from[i] + (wet(from[i]) ? -band : band),
+                           marks[first + i] = kUnreached;
       }
   }
   std::size_t index(int i, int j, int k) const {
     return distance.index(i + kRim, j + kRim, k + kRim);
-  }
-  // Of point n in the lattice of phi.
-  std::size_t index_in(const Array3<double>& phi, int n) const {
-    const Ijk c = unravel(distance, n);
-    return phi.index(c.i - kRim, c.j - kRim, c.k - kRim);
   }
   void reach(int n, double value) {
     distance[n] = value, marks[n] = std::abs(value) < band ? kReached : kClosed;
@@ -180,22 +178,27 @@ struct Front {
 };
 
 // One axis of the upwind eikonal equation for eight cells: (c (psi - b))^2 is its share of
-// |grad psi|^2 dx^2, for psi > b.
+// |grad psi|^2 dx^2, for psi > b. On its own it implies psi = alone.
 struct UpwindAxis {
-  Block b, c;
+  Block b, c, alone;
+
+  template <class Flags>
+  void take(const Flags& where, const UpwindAxis& other) {
+    b = where ? other.b : b, c = where ? other.c : c, alone = where ? other.alone : alone;
+  }
 };
 
 void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
   const UpwindAxis first = x;
   const auto less = y.b < x.b;
-  x.b = less ? y.b : x.b, x.c = less ? y.c : x.c;
-  y.b = less ? first.b : y.b, y.c = less ? first.c : y.c;
+  x.take(less, y), y.take(less, first);
 }
 
 // Root of sum_a (c_a (psi - b_a))^2 = dx^2 over the axes with b_a < psi: |grad psi| = 1.
-void solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx, Block& psi) {
+[[gnu::always_inline]] inline void solve_eikonal(UpwindAxis& x, UpwindAxis& y, UpwindAxis& z,
+                                                 double dx, Block& psi) {
   swap_where_less(x, y), swap_where_less(y, z), swap_where_less(x, y);
-  psi = x.b + dx / x.c;
+  psi = x.alone;
   Block A = x.c * x.c, B = A * x.b, C = B * x.b - dx * dx;
   auto more = psi == psi;
   for (const UpwindAxis* axis : {&y, &z}) {
@@ -213,65 +216,76 @@ void solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx, Block& p
 // come down towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
 // psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
 // last digit.
-void upwind_side(const Block& near, const Block& next, const Front& f, bool second_order,
-                 UpwindAxis& out) {
+template <bool kSecondOrder>
+void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out) {
   constexpr double kSteep = 0.05;  // slope from which on it is all second order
   const Block zero = {}, one = zero + 1.0;
   // Beyond a change of sign that is no surface nothing is known; there distances jump.
   const auto known = (near >= 0.0) & (near < f.band);
-  out.b = near, out.c = one;
-  if (second_order) {
-    Block fall = near - next;
-    fall = (next >= 0.0) | (fall <= kJump * f.dx) ? fall : zero;
-    Block steep = fall / (kSteep * f.dx);
+  out.b = known ? near : zero + f.band, out.c = one, out.alone = out.b + f.dx;
+  if constexpr (kSecondOrder) {
+    const Block drop = near - next;
+    const auto smooth = known & ((next >= 0.0) | (drop <= kJump * f.dx));
+    const Block fall = smooth ? drop : zero;
+    Block steep = fall * (1.0 / (kSteep * f.dx));
     steep = steep > 0.0 ? steep : zero;
     steep = steep < 1.0 ? steep : one;
     out.c = 1.0 + 0.5 * steep;
-    out.b = near + (1.0 - 1.0 / out.c) * fall;
+    const Block part = 1.0 / out.c;
+    out.b += (1.0 - part) * fall, out.alone = out.b + part * f.dx;
   }
-  out.b = known ? out.b : zero + f.band, out.c = known ? out.c : one;
 }
 
 // Eight cells of a list.
 struct Cells {
   int at[kBlock];
+  bool in_a_row;
 
   // From the t-th on; at the end of the list the last one again.
   Cells(const std::vector<int>& list, std::size_t t) {
-    const std::size_t last = list.size() - 1;
-    for (int l = 0; l < kBlock; ++l) at[l] = list[std::min(t + l, last)];
+    if (t + kBlock <= list.size()) {
+      std::memcpy(at, list.data() + t, sizeof(at));
+    } else {
+      for (int l = 0; l < kBlock; ++l) at[l] = list[std::min(t + l, list.size() - 1)];
+    }
+    int strays = 0;
+    for (int l = 0; l < kBlock; ++l) strays |= at[l] - at[0] - l;
+    in_a_row = strays == 0;
   }
   void gather(const double* p, Block& out) const {
-    out = Block{p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]], p[at[7]]};
+    if (in_a_row)
+      load(p + at[0], out);
+    else
+      out = Block{p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]], p[at[7]]};
   }
 };
 
 // One axis; sign makes the cells' side positive. Of two neighbours the one that implies the smaller
 // distance.
+template <bool kSecondOrder>
 void upwind_axis(const Front& f, const Cells& cells, std::ptrdiff_t stride, const Block& sign,
-                 bool second_order, UpwindAxis& nearest) {
-  UpwindAxis side[2];
-  for (const int s : {0, 1}) {
-    const double* p = f.distance.data() + (s ? stride : -stride);
-    Block near, next = {};
-    cells.gather(p, near);
-    if (second_order) cells.gather(p + (s ? stride : -stride), next);
-    upwind_side(sign * near, sign * next, f, second_order, side[s]);
-  }
-  const auto high = side[1].b + f.dx / side[1].c < side[0].b + f.dx / side[0].c;
-  nearest.b = high ? side[1].b : side[0].b, nearest.c = high ? side[1].c : side[0].c;
+                 UpwindAxis& nearest) {
+  const double* p = f.distance.data();
+  Block near, next = {};
+  UpwindAxis high;
+  cells.gather(p - stride, near);
+  if constexpr (kSecondOrder) cells.gather(p - 2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, nearest);
+  cells.gather(p + stride, near);
+  if constexpr (kSecondOrder) cells.gather(p + 2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, high);
+  nearest.take(high.alone < nearest.alone, high);
 }
 
 // Distances (m, signed) that the neighbours imply, at most `band`; `old` are those that the cells
 // have.
-void upwind_distance(const Front& f, const Cells& cells, bool second_order, Block& old,
-                     Block& value) {
+template <bool kSecondOrder>
+void upwind_distance(const Front& f, const Cells& cells, Block& old, Block& value) {
   const Block zero = {}, band = zero + f.band;
   cells.gather(f.distance.data(), old);
   const Block sign = old < 0.0 ? zero - 1.0 : zero + 1.0;
   UpwindAxis axes[3];
-  for (int a = 0; a < 3; ++a)
-    upwind_axis(f, cells, f.stride[a], sign, second_order, axes[a]);
+  for (int a = 0; a < 3; ++a) upwind_axis<kSecondOrder>(f, cells, f.stride[a], sign, axes[a]);
   solve_eikonal(axes[0], axes[1], axes[2], f.dx, value);
   value = sign * (value < band ? value : band);
 }
@@ -305,21 +319,21 @@ std::vector<int> next_layer(const Front& f, const std::vector<int>& layer) {
 
 // Start of the cells that the front has just reached: their old distance, kept near to what the
 // neighbours known so far imply (first order).
-void start_layer(Front& f, const Array3<double>& old, const std::vector<int>& layer,
-                 std::vector<double>& values) {
+void start_layer(Front& f, const std::vector<int>& layer, std::vector<double>& values) {
   const int count = static_cast<int>(layer.size());
   values.resize(count + kBlock);
+  const Block zero = {};
 #pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; t += kBlock) {
     const Cells cells(layer, t);
-    Block none, guess;
-    upwind_distance(f, cells, false, none, guess);
-    for (int l = 0; l < kBlock; ++l) {
-      const double distance = std::abs(guess[l]), was = old[f.index_in(old, cells.at[l])];
-      const double low = std::max(distance - f.dx, 0.0),
-                   high = std::min(distance + kStartSlack * f.dx, f.band);
-      values[t + l] = std::copysign(std::clamp(std::abs(was), low, high), guess[l]);
-    }
+    Block old, guess;
+    upwind_distance<false>(f, cells, old, guess);
+    const Block sign = guess < 0.0 ? zero - 1.0 : zero + 1.0, distance = sign * guess;
+    Block low = distance - f.dx, high = distance + kStartSlack * f.dx, start = sign * old - f.band;
+    low = low > 0.0 ? low : zero, high = high < f.band ? high : zero + f.band;
+    start = start > low ? start : low;
+    start = sign * (start < high ? start : high);
+    store(start, values.data() + t);
   }
 #pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; ++t) f.reach(layer[t], values[t]);
@@ -330,13 +344,18 @@ double relax(Front& f, const std::vector<int>& layer, std::vector<double>& value
   const int count = static_cast<int>(layer.size());
   values.resize(count + kBlock);
   double change = 0.0;
-#pragma omp parallel for reduction(max : change) if (count > kParallelFrom)
-  for (int t = 0; t < count; t += kBlock) {
-    Block old, value;
-    upwind_distance(f, Cells(layer, t), true, old, value);
-    store(value, values.data() + t);
-    const Block by = value - old;
-    for (int l = 0; l < kBlock; ++l) change = std::max(change, std::abs(by[l]));
+#pragma omp parallel reduction(max : change) if (count > kParallelFrom)
+  {
+    Block most = {};
+#pragma omp for
+    for (int t = 0; t < count; t += kBlock) {
+      Block old, value;
+      upwind_distance<true>(f, Cells(layer, t), old, value);
+      store(value, values.data() + t);
+      const Block rise = value - old, by = rise > 0.0 ? rise : -rise;
+      most = by > most ? by : most;
+    }
+    for (int l = 0; l < kBlock; ++l) change = std::max(change, most[l]);
   }
 #pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; ++t) f.distance[layer[t]] = values[t];
@@ -388,7 +407,7 @@ void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& sol
   std::vector<std::vector<int>> layers;
   std::vector<double> values;
   while (!(layer = next_layer(front, layer)).empty()) {
-    start_layer(front, phi, layer, values);
+    start_layer(front, layer, values);
     layers.push_back(layer);
   }
   relax_band(front, layers);
@@ -400,7 +419,7 @@ void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& sol
       double* p = phi.data() + phi.index(0, j, k);
       const double* distance = front.distance.data() + front.index(0, j, k);
       for (int i = 0; i < phi.nx(); ++i)
-        p[i] = unless_rounding(p[i], distance[i], kUnchanged * g.dx);
+        p[i] = unless_rounding(p[i], std::clamp(distance[i], -band, band), kUnchanged * g.dx);
     }
 }
 
