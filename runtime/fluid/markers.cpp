@@ -19,13 +19,12 @@ struct Inside {
 // What moves points: velocity u over dt.
 struct Carrier {
   const Grid& g;
-  const MacField& u;
   double dt;
   MacSampler sampler;
   Inside in_tank;
 
   Carrier(const Grid& grid, const MacField& field, double duration)
-      : g(grid), u(field), dt(duration), sampler(grid, field), in_tank(grid) {}
+      : g(grid), dt(duration), sampler(grid, field), in_tank(grid) {}
 
   void move(Vec3& point) const {
     const Vec3 c = (point - g.origin) / g.dx;
@@ -41,9 +40,9 @@ struct Carrier {
     Block x[3], at[3], v[3];
     load_points(points, x);
     for (int a = 0; a < 3; ++a) at[a] = (x[a] - g.origin[a]) / g.dx;
-    if (!velocity_shared(g, u, at, v)) return false;
+    if (!velocity_shared(sampler, at, v)) return false;
     for (int a = 0; a < 3; ++a) at[a] += 0.5 * dt / g.dx * v[a];
-    if (!velocity_shared(g, u, at, v)) return false;
+    if (!velocity_shared(sampler, at, v)) return false;
     for (int a = 0; a < 3; ++a) x[a] += dt * v[a];
     for (int l = 0; l < kBlock; ++l) points[l] = in_tank(Vec3(x[0][l], x[1][l], x[2][l]));
     return true;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "runtime/fluid/path_block.h"
+#include "runtime/fluid/sampling.h"
 
 namespace archetide {
 
@@ -44,16 +45,15 @@ struct SharedSlot {
   }
 };
 
-/// Trilinear values of `a`.
-inline void interpolate_shared(const Array3<double>& a, const SharedSlot& x, const SharedSlot& y,
+/// Trilinear values.
+inline void interpolate_shared(const Lattice& a, const SharedSlot& x, const SharedSlot& y,
                                const SharedSlot& z, Block& out) {
-  const std::array<std::ptrdiff_t, 3> stride = strides(a);
-  const double* p = &a(x.middle, y.middle, z.middle);
+  const double* p = a.values + x.middle + a.row * y.middle + a.slab * z.middle;
   out = Block{};
   for (int k = 0; k < 3; ++k) {
     Block plane = {};
     for (int j = 0; j < 3; ++j) {
-      const double* q = p + (k - 1) * stride[2] + (j - 1) * stride[1];
+      const double* q = p + a.slab * k + a.row * j - (a.slab + a.row);
       plane +=
           y.weight.at[j] * (x.weight.at[0] * q[-1] + x.weight.at[1] * q[0] + x.weight.at[2] * q[1]);
     }
@@ -63,18 +63,19 @@ inline void interpolate_shared(const Array3<double>& a, const SharedSlot& x, con
 
 /// Velocities at positions x, in cell units, as MacSampler gives them; false where the points are
 /// too far apart.
-inline bool velocity_shared(const Grid& g, const MacField& u, const Block x[3], Block v[3]) {
+inline bool velocity_shared(const MacSampler& u, const Block x[3], Block v[3]) {
   const Spread spread[3] = {Spread(x[0]), Spread(x[1]), Spread(x[2])};
-  const SharedSlot face[3] = {{spread[0], 0.0, g.nx + 1},
-                              {spread[1], 0.0, g.ny + 1},
-                              {spread[2], 0.0, g.nz + 1}},
-                   centre[3] = {
-                       {spread[0], 0.5, g.nx}, {spread[1], 0.5, g.ny}, {spread[2], 0.5, g.nz}};
+  const SharedSlot face[3] = {{spread[0], 0.0, u.u.nx},
+                              {spread[1], 0.0, u.v.ny},
+                              {spread[2], 0.0, u.w.nz}},
+                   centre[3] = {{spread[0], 0.5, u.v.nx},
+                                {spread[1], 0.5, u.u.ny},
+                                {spread[2], 0.5, u.u.nz}};
   for (int a = 0; a < 3; ++a)
     if (!face[a].fits || !centre[a].fits) return false;
-  interpolate_shared(u[0], face[0], centre[1], centre[2], v[0]);
-  interpolate_shared(u[1], centre[0], face[1], centre[2], v[1]);
-  interpolate_shared(u[2], centre[0], centre[1], face[2], v[2]);
+  interpolate_shared(u.u, face[0], centre[1], centre[2], v[0]);
+  interpolate_shared(u.v, centre[0], face[1], centre[2], v[1]);
+  interpolate_shared(u.w, centre[0], centre[1], face[2], v[2]);
   return true;
 }
 
