@@ -184,21 +184,6 @@ struct Claim {
   double phi;  // s (r - |x - x_p|), m
 };
 
-// f(t, phi there) for the particles from the first-th on and before the end-th that were near
-// enough to the surface to be believed.
-template <class F>
-void for_each_shallow(const PhiSampler& phi, const Particles& p, int first, int end, const F& f) {
-  const auto shallow = [&](float radius) { return radius <= kDeepest * phi.dx; };
-  double values[kBlock];
-  for (; first < end; first += kBlock) {
-    const int last = std::min(first + kBlock, end);
-    if (std::none_of(p.radius.begin() + first, p.radius.begin() + last, shallow)) continue;
-    phi.values(p.position, first, values);
-    for (int t = first; t < last; ++t)
-      if (shallow(p.radius[t])) f(t, values[t - first]);
-  }
-}
-
 std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p,
                                      const Mask& solid, int& escaped) {
   constexpr int kChunk = 4096;
@@ -207,22 +192,22 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
   int total = 0;
 #pragma omp parallel for schedule(dynamic) reduction(+ : total)
   for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for_each_shallow(
-        phi, p, part * kChunk, std::min(count, (part + 1) * kChunk), [&](int t, double value) {
-          const double distance = p.sign[t] * value;
-          if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) return;
-          if (inside(solid, cell_of(g, p.position[t]))) return;
-          ++total;
-          Slot s[3];
-          phi.locate(p.position[t], s);
-          for (int c = 0; c < 8; ++c) {
-            const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
-            if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
-            const double say =
-                p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
-            parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], say});
-          }
-        });
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+      if (p.radius[t] > kDeepest * g.dx) continue;  // believed no farther than that
+      Slot s[3];
+      phi.locate(p.position[t], s);
+      const double distance = p.sign[t] * phi.phi.at(s[0], s[1], s[2]);
+      if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
+      if (inside(solid, cell_of(g, p.position[t]))) continue;
+      ++total;
+      for (int c = 0; c < 8; ++c) {
+        const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
+        if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
+        const double value =
+            p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
+        parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+      }
+    }
   escaped = total;
   return concatenate(parts);
 }
