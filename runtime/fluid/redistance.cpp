@@ -178,13 +178,13 @@ struct Front {
 };
 
 // One axis of the upwind eikonal equation for eight cells: (c (psi - b))^2 is its share of
-// |grad psi|^2 dx^2, for psi > b. On its own it implies psi = alone.
+// |grad psi|^2 dx^2, for psi > b.
 struct UpwindAxis {
-  Block b, c, alone;
+  Block b, c;
 
   template <class Flags>
   void take(const Flags& where, const UpwindAxis& other) {
-    b = where ? other.b : b, c = where ? other.c : c, alone = where ? other.alone : alone;
+    b = where ? other.b : b, c = where ? other.c : c;
   }
 };
 
@@ -198,7 +198,7 @@ void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
 [[gnu::always_inline]] inline void solve_eikonal(UpwindAxis& x, UpwindAxis& y, UpwindAxis& z,
                                                  double dx, Block& psi) {
   swap_where_less(x, y), swap_where_less(y, z), swap_where_less(x, y);
-  psi = x.alone;
+  psi = x.b + dx / x.c;
   Block A = x.c * x.c, B = A * x.b, C = B * x.b - dx * dx;
   auto more = psi == psi;
   for (const UpwindAxis* axis : {&y, &z}) {
@@ -217,12 +217,13 @@ void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
 // psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
 // last digit.
 template <bool kSecondOrder>
-void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out) {
+void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out,
+                 Block& alone) {
   constexpr double kSteep = 0.05;  // slope from which on it is all second order
   const Block zero = {}, one = zero + 1.0;
   // Beyond a change of sign that is no surface nothing is known; there distances jump.
   const auto known = (near >= 0.0) & (near < f.band);
-  out.b = known ? near : zero + f.band, out.c = one, out.alone = out.b + f.dx;
+  out.b = known ? near : zero + f.band, out.c = one, alone = out.b + f.dx;
   if constexpr (kSecondOrder) {
     const Block drop = near - next;
     const auto smooth = known & ((next >= 0.0) | (drop <= kJump * f.dx));
@@ -232,31 +233,22 @@ void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxi
     steep = steep < 1.0 ? steep : one;
     out.c = 1.0 + 0.5 * steep;
     const Block part = 1.0 / out.c;
-    out.b += (1.0 - part) * fall, out.alone = out.b + part * f.dx;
+    out.b += (1.0 - part) * fall, alone = out.b + part * f.dx;
   }
 }
 
 // Eight cells of a list.
 struct Cells {
-  int at[kBlock];
-  bool in_a_row;
+  const double* at[kBlock];
 
   // From the t-th on; at the end of the list the last one again.
-  Cells(const std::vector<int>& list, std::size_t t) {
-    if (t + kBlock <= list.size()) {
-      std::memcpy(at, list.data() + t, sizeof(at));
-    } else {
-      for (int l = 0; l < kBlock; ++l) at[l] = list[std::min(t + l, list.size() - 1)];
-    }
-    int strays = 0;
-    for (int l = 0; l < kBlock; ++l) strays |= at[l] - at[0] - l;
-    in_a_row = strays == 0;
+  Cells(const Front& f, const std::vector<int>& list, std::size_t t) {
+    for (int l = 0; l < kBlock; ++l)
+      at[l] = f.distance.data() + list[std::min(t + l, list.size() - 1)];
   }
-  void gather(const double* p, Block& out) const {
-    if (in_a_row)
-      load(p + at[0], out);
-    else
-      out = Block{p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]], p[at[7]]};
+  void gather(std::ptrdiff_t step, Block& out) const {
+    out = Block{at[0][step], at[1][step], at[2][step], at[3][step],
+                at[4][step], at[5][step], at[6][step], at[7][step]};
   }
 };
 
@@ -265,16 +257,15 @@ struct Cells {
 template <bool kSecondOrder>
 void upwind_axis(const Front& f, const Cells& cells, std::ptrdiff_t stride, const Block& sign,
                  UpwindAxis& nearest) {
-  const double* p = f.distance.data();
-  Block near, next = {};
+  Block near, next = {}, alone, other;
   UpwindAxis high;
-  cells.gather(p - stride, near);
-  if constexpr (kSecondOrder) cells.gather(p - 2 * stride, next);
-  upwind_side<kSecondOrder>(sign * near, sign * next, f, nearest);
-  cells.gather(p + stride, near);
-  if constexpr (kSecondOrder) cells.gather(p + 2 * stride, next);
-  upwind_side<kSecondOrder>(sign * near, sign * next, f, high);
-  nearest.take(high.alone < nearest.alone, high);
+  cells.gather(-stride, near);
+  if constexpr (kSecondOrder) cells.gather(-2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, nearest, alone);
+  cells.gather(stride, near);
+  if constexpr (kSecondOrder) cells.gather(2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, high, other);
+  nearest.take(other < alone, high);
 }
 
 // Distances (m, signed) that the neighbours imply, at most `band`; `old` are those that the cells
@@ -282,7 +273,7 @@ void upwind_axis(const Front& f, const Cells& cells, std::ptrdiff_t stride, cons
 template <bool kSecondOrder>
 void upwind_distance(const Front& f, const Cells& cells, Block& old, Block& value) {
   const Block zero = {}, band = zero + f.band;
-  cells.gather(f.distance.data(), old);
+  cells.gather(0, old);
   const Block sign = old < 0.0 ? zero - 1.0 : zero + 1.0;
   UpwindAxis axes[3];
   for (int a = 0; a < 3; ++a) upwind_axis<kSecondOrder>(f, cells, f.stride[a], sign, axes[a]);
@@ -325,7 +316,7 @@ void start_layer(Front& f, const std::vector<int>& layer, std::vector<double>& v
   const Block zero = {};
 #pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; t += kBlock) {
-    const Cells cells(layer, t);
+    const Cells cells(f, layer, t);
     Block old, guess;
     upwind_distance<false>(f, cells, old, guess);
     const Block sign = guess < 0.0 ? zero - 1.0 : zero + 1.0, distance = sign * guess;
@@ -350,7 +341,7 @@ double relax(Front& f, const std::vector<int>& layer, std::vector<double>& value
 #pragma omp for
     for (int t = 0; t < count; t += kBlock) {
       Block old, value;
-      upwind_distance<true>(f, Cells(layer, t), old, value);
+      upwind_distance<true>(f, Cells(f, layer, t), old, value);
       store(value, values.data() + t);
       const Block rise = value - old, by = rise > 0.0 ? rise : -rise;
       most = by > most ? by : most;
