@@ -56,11 +56,11 @@ struct PhiSampler {
     return phi.at(s[0], s[1], s[2]);
   }
 
-  // At up to eight points, from the first-th on.
-  void values(const std::vector<Vec3>& points, std::size_t first, double out[kBlock]) const {
-    const std::size_t count = std::min<std::size_t>(kBlock, points.size() - first);
-    if (count == kBlock && block(points.data() + first, out)) return;
-    for (std::size_t l = 0; l < count; ++l) out[l] = (*this)(points[first + l]);
+  // At the first eight of `count` points, or at all of them if there are less.
+  void values(const Vec3* points, std::size_t count, double out[kBlock]) const {
+    if (count >= kBlock && block(points, out)) return;
+    for (std::size_t l = 0; l < std::min<std::size_t>(kBlock, count); ++l)
+      out[l] = (*this)(points[l]);
   }
 
  private:
@@ -123,7 +123,7 @@ Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, co
   b.phi.resize(count + kBlock);
 #pragma omp parallel for
   for (int first = 0; first < count; first += kBlock) {
-    phi.values(p.position, first, b.phi.data() + first);
+    phi.values(&p.position[first], count - first, b.phi.data() + first);
     for (int t = first; t < std::min(count, first + kBlock); ++t) {
       const int c = cell_of(g, p.position[t]);
       const bool keep = !inside(solid, c) && is_useful(p.sign[t] * b.phi[t], g.dx);
@@ -184,6 +184,32 @@ struct Claim {
   double phi;  // s (r - |x - x_p|), m
 };
 
+void claim(const Grid& g, const PhiSampler& phi, const Particles& p, int t,
+           std::vector<Claim>& claims) {
+  Slot s[3];
+  phi.locate(p.position[t], s);
+  for (int c = 0; c < 8; ++c) {
+    const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
+    if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
+    const double value =
+        p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
+    claims.push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+  }
+}
+
+// Those of the particles `first` .. `end` - 1 that may be believed: no farther from the surface
+// than kDeepest. (Listed without a branch, of which no one could foretell the outcome.)
+std::vector<int> shallow_particles(const Particles& p, double dx, int first, int end) {
+  std::vector<int> list(end - first + 1);
+  int count = 0;
+  for (int t = first; t < end; ++t) {
+    list[count] = t;
+    count += p.radius[t] <= kDeepest * dx ? 1 : 0;
+  }
+  list.resize(count);
+  return list;
+}
+
 std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p,
                                      const Mask& solid, int& escaped) {
   constexpr int kChunk = 4096;
@@ -191,23 +217,24 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
   std::vector<std::vector<Claim>> parts((count + kChunk - 1) / kChunk);
   int total = 0;
 #pragma omp parallel for schedule(dynamic) reduction(+ : total)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
-      if (p.radius[t] > kDeepest * g.dx) continue;  // believed no farther than that
-      Slot s[3];
-      phi.locate(p.position[t], s);
-      const double distance = p.sign[t] * phi.phi.at(s[0], s[1], s[2]);
-      if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
-      if (inside(solid, cell_of(g, p.position[t]))) continue;
-      ++total;
-      for (int c = 0; c < 8; ++c) {
-        const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
-        if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
-        const double value =
-            p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
-        parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part) {
+    const std::vector<int> list =
+        shallow_particles(p, g.dx, part * kChunk, std::min(count, (part + 1) * kChunk));
+    for (std::size_t first = 0; first < list.size(); first += kBlock) {
+      const std::size_t some = std::min<std::size_t>(kBlock, list.size() - first);
+      Vec3 points[kBlock];
+      double values[kBlock];
+      for (std::size_t l = 0; l < some; ++l) points[l] = p.position[list[first + l]];
+      phi.values(points, some, values);
+      for (std::size_t l = 0; l < some; ++l) {
+        const int t = list[first + l];
+        const double distance = p.sign[t] * values[l];
+        if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
+        if (inside(solid, cell_of(g, p.position[t]))) continue;
+        ++total, claim(g, phi, p, t, parts[part]);
       }
     }
+  }
   escaped = total;
   return concatenate(parts);
 }
@@ -271,7 +298,7 @@ void adjust_radii(const Grid& g, const Array3<double>& phi, double shift, Partic
 #pragma omp parallel for
   for (std::size_t first = 0; first < particles.size(); first += kBlock) {
     double values[kBlock];
-    sampler.values(particles.position, first, values);
+    sampler.values(&particles.position[first], particles.size() - first, values);
     for (std::size_t t = first; t < std::min(first + kBlock, particles.size()); ++t) {
       const double value = values[t - first];
       signed char& sign = particles.sign[t];
