@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
 #include "runtime/fluid/tricubic.h"
 
@@ -52,25 +53,114 @@ double with_air_outside(const Grid& g, const Sides& open_side, const Array3<doub
   return value;
 }
 
+// Component A at places d (|d| <= 1/2) from the centres of the cells with the low faces p, p + 1,
+// ..
+template <int A>
+void component_block(const double* p, const std::array<std::ptrdiff_t, 3>& stride, const Block d[3],
+                     Block& out) {
+  constexpr int B = (A + 1) % 3, C = (A + 2) % 3;
+  const Block low = 0.5 - d[A], high = 0.5 + d[A];
+  const Hat b(d[B]), c(d[C]);
+  out = Block{};
+  for (int n = 0; n < 3; ++n) {
+    Block plane = {};
+    for (int m = 0; m < 3; ++m) {
+      const double* q = p + (n - 1) * stride[C] + (m - 1) * stride[B];
+      Block before, after;
+      load(q, before), load(q + stride[A], after);
+      plane += b.at[m] * (low * before + high * after);
+    }
+    out += c.at[n] * plane;
+  }
+}
+
+// Where the water that arrives at a cell comes from; h = -dt/dx.
+struct BackTrace {
+  const Grid& g;
+  const MacField& u;
+  const Array3<double>& phi;
+  const Sides& open_side;
+  double h;
+  MacSampler sampler;
+
+  double value(Ijk c) const {
+    const Axes x = {c.i + 0.5, c.j + 0.5, c.k + 0.5, 0.0};
+    Axes v, end;
+    sampler.at(x, v);
+    sampler.trace(x, v, h, end);
+    const double s[3] = {end[0], end[1], end[2]};
+    const double foot[3] = {s[0] - 0.5, s[1] - 0.5, s[2] - 0.5};
+    return with_air_outside(g, open_side, phi, s, tricubic(phi, foot));
+  }
+
+  // Of eight cells from c on, far enough from the tank's sides; false where a path is too long.
+  bool values(Ijk c, Block& out) const {
+    const double* p[3];
+    std::array<std::ptrdiff_t, 3> s[3];
+    Block v[3], d[3];
+    for (int a = 0; a < 3; ++a) {
+      p[a] = &u[a](c.i, c.j, c.k), s[a] = strides(u[a]);
+      Block before, after;
+      load(p[a], before), load(p[a] + s[a][a], after);
+      d[a] = 0.25 * h * (before + after);
+    }
+    if (!all_within(d, 0.5)) return false;
+    component_block<0>(p[0], s[0], d, v[0]);
+    component_block<1>(p[1], s[1], d, v[1]);
+    component_block<2>(p[2], s[2], d, v[2]);
+    for (int a = 0; a < 3; ++a) d[a] = h * v[a];
+    if (!all_within(d, 1.0)) return false;
+    tricubic_block(&phi(c.i, c.j, c.k), strides(phi), d, out);
+    return true;
+  }
+};
+
+// Cells that the eight at once must keep from the tank's sides.
+constexpr int kRoom = 2;
+
+// The values of `count` cells of a row, from cell c on; at most eight.
+void trace_run(const BackTrace& trace, Ijk c, int count, double* values) {
+  const Array3<double>& phi = trace.phi;
+  const auto inner = [](int i, int n) { return i >= kRoom && i < n - kRoom; };
+  const int first = std::min(c.i, phi.nx() - kRoom - kBlock);
+  Block block;
+  if (inner(c.j, phi.ny()) && inner(c.k, phi.nz()) && inner(c.i, phi.nx()) && first >= kRoom &&
+      trace.values({first, c.j, c.k}, block))
+    for (int l = 0; l < count; ++l) values[l] = block[c.i - first + l];
+  else
+    for (int l = 0; l < count; ++l) values[l] = trace.value({c.i + l, c.j, c.k});
+}
+
+// How many of the cells from the t-th on, before the end-th, trace_run can take.
+int run_length(const Array3<double>& phi, const std::vector<int>& cells, int t, int end, int i) {
+  const int inner_end = phi.nx() - kRoom, row_end = i < kRoom       ? kRoom
+                                                    : i < inner_end ? inner_end
+                                                                    : phi.nx();
+  const int most = std::min({kBlock, end - t, row_end - i});
+  int count = 1;
+  while (count < most && cells[t + count] == cells[t] + count) ++count;
+  return count;
+}
+
 }  // namespace
 
 void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
                       const Sides& open_side) {
   const std::vector<int> cells =
       collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
-  const MacSampler sampler(g, u);
+  const BackTrace trace{g, u, phi, open_side, -dt / g.dx, MacSampler(g, u)};
+  constexpr int kChunk = 1024;
   const int count = static_cast<int>(cells.size());
   std::vector<double> values(count);
-#pragma omp parallel for schedule(dynamic, 1024)
-  for (int t = 0; t < count; ++t) {
-    const Ijk c = unravel(phi, cells[t]);
-    const Axes x = {c.i + 0.5, c.j + 0.5, c.k + 0.5, 0.0};
-    Axes v, end;
-    sampler.at(x, v);
-    sampler.trace(x, v, -dt / g.dx, end);
-    const double s[3] = {end[0], end[1], end[2]};
-    const double foot[3] = {s[0] - 0.5, s[1] - 0.5, s[2] - 0.5};
-    values[t] = with_air_outside(g, open_side, phi, s, tricubic(phi, foot));
+#pragma omp parallel for schedule(dynamic)
+  for (int chunk = 0; chunk < count; chunk += kChunk) {
+    const int end = std::min(chunk + kChunk, count);
+    for (int t = chunk; t < end;) {
+      const Ijk c = unravel(phi, cells[t]);
+      const int run = run_length(phi, cells, t, end, c.i);
+      trace_run(trace, c, run, values.data() + t);
+      t += run;
+    }
   }
 #pragma omp parallel for
   for (int t = 0; t < count; ++t) phi[cells[t]] = values[t];

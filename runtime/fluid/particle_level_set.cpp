@@ -7,6 +7,7 @@
 
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/markers.h"
+#include "runtime/fluid/point_block.h"
 #include "runtime/fluid/sampling.h"
 
 namespace archetide {
@@ -54,6 +55,31 @@ struct PhiSampler {
     locate(x, s);
     return phi.at(s[0], s[1], s[2]);
   }
+
+  // At the first eight of `count` points, or at all of them if there are less.
+  void values(const Vec3* points, std::size_t count, double out[kBlock]) const {
+    if (count >= kBlock && block(points, out)) return;
+    for (std::size_t l = 0; l < std::min<std::size_t>(kBlock, count); ++l)
+      out[l] = (*this)(points[l]);
+  }
+
+ private:
+  // At eight points; false where they are too far apart or outermost.
+  bool block(const Vec3* points, double out[kBlock]) const {
+    Block x[3], value;
+    load_points(points, x);
+    for (int a = 0; a < 3; ++a) x[a] = (x[a] - origin[a]) / dx;
+    const int size[3] = {phi.nx, phi.ny, phi.nz};
+    const Spread spread[3] = {Spread(x[0]), Spread(x[1]), Spread(x[2])};
+    for (int a = 0; a < 3; ++a)
+      if (!(spread[a].low >= 0.5 && spread[a].high <= size[a] - 0.5)) return false;
+    const SharedSlot s[3] = {
+        {spread[0], 0.5, size[0]}, {spread[1], 0.5, size[1]}, {spread[2], 0.5, size[2]}};
+    if (!s[0].fits || !s[1].fits || !s[2].fits) return false;
+    interpolate_shared(phi, s[0], s[1], s[2], value);
+    store(value, out);
+    return true;
+  }
 };
 
 bool inside(const Mask& solid, int cell) { return solid.size() != 0 && solid[cell] != 0; }
@@ -78,9 +104,10 @@ struct Bucket {
 };
 
 // Particles to keep, stably sorted by cell: order lists them, start[c] .. start[c+1] are those of
-// cell c.
+// cell c. phi: at every particle, m.
 struct Buckets {
   std::vector<int> order, start;
+  std::vector<double> phi;
   Bucket of(int cell) const { return {start[cell], start[cell + 1]}; }
 };
 
@@ -92,13 +119,17 @@ bool is_useful(double distance, double dx) {
 Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, const Particles& p) {
   const int count = static_cast<int>(p.size()), cells = static_cast<int>(g.cells());
   std::vector<int> cell(count);
-#pragma omp parallel for
-  for (int t = 0; t < count; ++t) {
-    const int c = cell_of(g, p.position[t]);
-    const bool keep = !inside(solid, c) && is_useful(p.sign[t] * phi(p.position[t]), g.dx);
-    cell[t] = keep ? c : -1;
-  }
   Buckets b;
+  b.phi.resize(count + kBlock);
+#pragma omp parallel for
+  for (int first = 0; first < count; first += kBlock) {
+    phi.values(&p.position[first], count - first, b.phi.data() + first);
+    for (int t = first; t < std::min(count, first + kBlock); ++t) {
+      const int c = cell_of(g, p.position[t]);
+      const bool keep = !inside(solid, c) && is_useful(p.sign[t] * b.phi[t], g.dx);
+      cell[t] = keep ? c : -1;
+    }
+  }
   b.start.assign(cells + 1, 0);
   for (int c : cell)
     if (c >= 0) ++b.start[c + 1];
@@ -126,22 +157,23 @@ void seed_cell(const Grid& g, const PhiSampler& phi, int cell, Ijk c, int missin
 
 // The per_cell particles of a bucket nearest to the surface, and all escaped ones, in their old
 // order.
-void thin_out(const PhiSampler& phi, const Particles& p, const Buckets& b, Bucket bucket,
-              int per_cell, Particles& out) {
-  const int count = bucket.last - bucket.first;
-  std::vector<std::pair<double, int>> depth(count);
-  for (int m = 0; m < count; ++m) {
-    const int t = b.order[bucket.first + m];
-    depth[m] = {p.sign[t] * phi(p.position[t]) - p.radius[t], t};
+void thin_out(const Particles& p, const Buckets& b, Bucket bucket, int per_cell, Particles& out) {
+  std::vector<std::pair<double, int>> depth;
+  for (int m = bucket.first; m < bucket.last; ++m) {
+    const int t = b.order[m];
+    depth.emplace_back(p.sign[t] * b.phi[t] - p.radius[t], t);
   }
-  std::sort(depth.begin(), depth.end());
-  int kept = std::min(count, per_cell);
-  while (kept < count && depth[kept].first < -2.0 * p.radius[depth[kept].second]) ++kept;
-  std::sort(depth.begin(), depth.begin() + kept,
-            [](const auto& x, const auto& y) { return x.second < y.second; });
-  for (int m = 0; m < kept; ++m) {
-    const int t = depth[m].second;
-    append(out, p.position[t], p.radius[t], p.sign[t]);
+  auto ranked = depth;
+  auto cut = ranked.end();
+  if (bucket.last - bucket.first > per_cell) {
+    cut = ranked.begin() + per_cell;
+    std::nth_element(ranked.begin(), cut, ranked.end());
+    std::sort(cut, ranked.end());
+    while (cut != ranked.end() && cut->first < -2.0 * p.radius[cut->second]) ++cut;
+  }
+  for (const auto& particle : depth) {
+    const int t = particle.second;
+    if (cut == ranked.end() || particle < *cut) append(out, p.position[t], p.radius[t], p.sign[t]);
   }
 }
 
@@ -152,6 +184,32 @@ struct Claim {
   double phi;  // s (r - |x - x_p|), m
 };
 
+void claim(const Grid& g, const PhiSampler& phi, const Particles& p, int t,
+           std::vector<Claim>& claims) {
+  Slot s[3];
+  phi.locate(p.position[t], s);
+  for (int c = 0; c < 8; ++c) {
+    const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
+    if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
+    const double value =
+        p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
+    claims.push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+  }
+}
+
+// Those of the particles `first` .. `end` - 1 that may be believed: no farther from the surface
+// than kDeepest. (Listed without a branch, of which no one could foretell the outcome.)
+std::vector<int> shallow_particles(const Particles& p, double dx, int first, int end) {
+  std::vector<int> list(end - first + 1);
+  int count = 0;
+  for (int t = first; t < end; ++t) {
+    list[count] = t;
+    count += p.radius[t] <= kDeepest * dx ? 1 : 0;
+  }
+  list.resize(count);
+  return list;
+}
+
 std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const Particles& p,
                                      const Mask& solid, int& escaped) {
   constexpr int kChunk = 4096;
@@ -159,23 +217,24 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
   std::vector<std::vector<Claim>> parts((count + kChunk - 1) / kChunk);
   int total = 0;
 #pragma omp parallel for schedule(dynamic) reduction(+ : total)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
-      if (p.radius[t] > kDeepest * g.dx) continue;  // believed no farther than that
-      Slot s[3];
-      phi.locate(p.position[t], s);
-      const double distance = p.sign[t] * phi.phi.at(s[0], s[1], s[2]);
-      if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
-      if (inside(solid, cell_of(g, p.position[t]))) continue;
-      ++total;
-      for (int c = 0; c < 8; ++c) {
-        const int i = s[0].i + (c & 1), j = s[1].i + (c >> 1 & 1), k = s[2].i + (c >> 2);
-        if (i >= g.nx || j >= g.ny || k >= g.nz) continue;
-        const double value =
-            p.sign[t] * (p.radius[t] - (g.cell_centre(i, j, k) - p.position[t]).norm());
-        parts[part].push_back({i + g.nx * (j + g.ny * k), p.sign[t], value});
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part) {
+    const std::vector<int> list =
+        shallow_particles(p, g.dx, part * kChunk, std::min(count, (part + 1) * kChunk));
+    for (std::size_t first = 0; first < list.size(); first += kBlock) {
+      const std::size_t some = std::min<std::size_t>(kBlock, list.size() - first);
+      Vec3 points[kBlock];
+      double values[kBlock];
+      for (std::size_t l = 0; l < some; ++l) points[l] = p.position[list[first + l]];
+      phi.values(points, some, values);
+      for (std::size_t l = 0; l < some; ++l) {
+        const int t = list[first + l];
+        const double distance = p.sign[t] * values[l];
+        if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
+        if (inside(solid, cell_of(g, p.position[t]))) continue;
+        ++total, claim(g, phi, p, t, parts[part]);
       }
     }
+  }
   escaped = total;
   return concatenate(parts);
 }
@@ -198,11 +257,14 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
     for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
       const int n = cells[t];
       const Bucket bucket = buckets.of(n);
-      thin_out(sampler, particles, buckets, bucket, per_cell, parts[part]);
+      thin_out(particles, buckets, bucket, per_cell, parts[part]);
       const int missing = per_cell - (bucket.last - bucket.first);
       if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
     }
+  std::size_t total = 0;
+  for (const Particles& part : parts) total += part.size();
   Particles all;
+  all.position.reserve(total), all.radius.reserve(total), all.sign.reserve(total);
   for (const Particles& part : parts) append(all, part);
   particles = std::move(all);
 }
@@ -234,11 +296,16 @@ int correct_level_set(const Grid& g, const Particles& particles, const Mask& sol
 void adjust_radii(const Grid& g, const Array3<double>& phi, double shift, Particles& particles) {
   const PhiSampler sampler(g, phi);
 #pragma omp parallel for
-  for (std::size_t t = 0; t < particles.size(); ++t) {
-    const double value = sampler(particles.position[t]);
-    signed char& sign = particles.sign[t];
-    if (sign * value < 0.0 && sign * (value + shift) >= 0.0) sign = static_cast<signed char>(-sign);
-    particles.radius[t] = radius_at(sign * value, g.dx);
+  for (std::size_t first = 0; first < particles.size(); first += kBlock) {
+    double values[kBlock];
+    sampler.values(&particles.position[first], particles.size() - first, values);
+    for (std::size_t t = first; t < std::min(first + kBlock, particles.size()); ++t) {
+      const double value = values[t - first];
+      signed char& sign = particles.sign[t];
+      if (sign * value < 0.0 && sign * (value + shift) >= 0.0)
+        sign = static_cast<signed char>(-sign);
+      particles.radius[t] = radius_at(sign * value, g.dx);
+    }
   }
 }
 

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/path_block.h"
 #include "runtime/fluid/tricubic.h"
 
 namespace archetide {
@@ -111,8 +114,7 @@ double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
 
 // Distance of a cell next to the interface, m: to the foot on it where phi is smooth, elsewhere
 // |phi| / |grad phi|, at most the nearest crossing on an axis.
-double interface_distance(const Array3<double>& phi, const Box& box, double dx, int n) {
-  const Ijk c = unravel(phi, n);
+double interface_distance(const Array3<double>& phi, const Box& box, double dx, Ijk c, int n) {
   const double* p = phi.data() + n;
   const Slopes axes[3] = {{p, box.stride[0], c.i, box.size[0]},
                           {p, box.stride[1], c.j, box.size[1]},
@@ -138,129 +140,238 @@ double interface_distance(const Array3<double>& phi, const Box& box, double dx, 
   return value / slope_to_remove(std::max(std::sqrt(slope2), steepest_crossing) / dx);
 }
 
-// One axis of the upwind eikonal equation: (c (psi - b))^2 is its share of |grad psi|^2 dx^2, for
-// psi > b.
-struct UpwindAxis {
-  double b, c;
+// Distances on their way outwards: on a lattice with a rim two points wide around that of phi,
+// which is not a number, so that nothing outside of the tank is nearer than anything. Cells that
+// are not reached hold their old distance, raised by `band`: beyond it all are alike.
+struct Front {
+  static constexpr int kRim = 2;
+  enum : unsigned char { kUnreached, kReached, kClosed };  // closed: reached, but not inside `band`
+
+  double dx, band;
+  std::ptrdiff_t stride[3];
+  Array3<double> distance;  // signed, m
+  Mask marks;
+
+  Front(const Array3<double>& phi, double dx_, double band_)
+      : dx(dx_),
+        band(band_),
+        stride{1, phi.nx() + 2 * kRim, (phi.nx() + 2 * kRim) * (phi.ny() + 2 * kRim)},
+        distance(phi.nx() + 2 * kRim, phi.ny() + 2 * kRim, phi.nz() + 2 * kRim,
+                 std::numeric_limits<double>::quiet_NaN()),
+        marks(distance.nx(), distance.ny(), distance.nz(), kClosed) {
+#pragma omp parallel for collapse(2)
+    for (int k = 0; k < phi.nz(); ++k)
+      for (int j = 0; j < phi.ny(); ++j) {
+        const double* from = phi.data() + phi.index(0, j, k);
+        const std::size_t first = index(0, j, k);
+        for (int i = 0; i < phi.nx(); ++i)
+          distance[first + i] = from[i] + (wet(from[i]) ? -band : band),
+                           marks[first + i] = kUnreached;
+      }
+  }
+  std::size_t index(int i, int j, int k) const {
+    return distance.index(i + kRim, j + kRim, k + kRim);
+  }
+  void reach(int n, double value) {
+    distance[n] = value, marks[n] = std::abs(value) < band ? kReached : kClosed;
+  }
 };
 
-// Root of sum_a (c_a (psi - b_a))^2 = dx^2 over the axes with b_a < psi: |grad psi| = 1.
-double solve_eikonal(UpwindAxis x, UpwindAxis y, UpwindAxis z, double dx) {
-  if (y.b < x.b) std::swap(x, y);
-  if (z.b < y.b) std::swap(y, z);
-  if (y.b < x.b) std::swap(x, y);
-  double psi = x.b + dx / x.c;
-  double A = x.c * x.c, B = A * x.b, C = B * x.b - dx * dx;
-  for (const UpwindAxis& axis : {y, z}) {
-    if (psi <= axis.b) break;
-    const double c2 = axis.c * axis.c;
-    A += c2, B += c2 * axis.b, C += c2 * axis.b * axis.b;
-    const double root = B * B - A * C;
-    if (root < 0.0) break;
-    psi = (B + std::sqrt(root)) / A;
+// One axis of the upwind eikonal equation for eight cells: (c (psi - b))^2 is its share of
+// |grad psi|^2 dx^2, for psi > b.
+struct UpwindAxis {
+  Block b, c;
+
+  template <class Flags>
+  void take(const Flags& where, const UpwindAxis& other) {
+    b = where ? other.b : b, c = where ? other.c : c;
   }
-  return psi;
+};
+
+void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
+  const UpwindAxis first = x;
+  const auto less = y.b < x.b;
+  x.take(less, y), y.take(less, first);
 }
 
-// What one neighbour of a cell says, m: `near` next to it, `next` beyond. Where distances come down
-// towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
+// Root of sum_a (c_a (psi - b_a))^2 = dx^2 over the axes with b_a < psi: |grad psi| = 1.
+[[gnu::always_inline]] inline void solve_eikonal(UpwindAxis& x, UpwindAxis& y, UpwindAxis& z,
+                                                 double dx, Block& psi) {
+  swap_where_less(x, y), swap_where_less(y, z), swap_where_less(x, y);
+  psi = x.b + dx / x.c;
+  Block A = x.c * x.c, B = A * x.b, C = B * x.b - dx * dx;
+  auto more = psi == psi;
+  for (const UpwindAxis* axis : {&y, &z}) {
+    const Block c2 = axis->c * axis->c;
+    A += c2, B += c2 * axis->b, C += c2 * axis->b * axis->b;
+    const Block root2 = B * B - A * C;
+    more &= (psi > axis->b) & (root2 >= 0.0);
+    Block root;
+    for (int l = 0; l < kBlock; ++l) root[l] = std::sqrt(root2[l]);
+    psi = more ? (B + root) / A : psi;
+  }
+}
+
+// What the neighbours to one side say, m: `near` next to the cells, `next` beyond. Where distances
+// come down towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
 // psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
 // last digit.
-UpwindAxis upwind_side(double near, double next, double dx) {
+template <bool kSecondOrder>
+void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out,
+                 Block& alone) {
   constexpr double kSteep = 0.05;  // slope from which on it is all second order
-  const double fall = near - next;
-  const double c = 1.0 + 0.5 * std::clamp(fall / (kSteep * dx), 0.0, 1.0);
-  return {near + (1.0 - 1.0 / c) * fall, c};
-}
-
-// The axis of cell i of n along `stride`; p points to the cell, sign makes its side positive. Of
-// two neighbours the one that implies the smaller distance.
-UpwindAxis upwind_axis(const double* p, int stride, int i, int n, double sign, double dx,
-                       double band, bool second_order) {
-  UpwindAxis nearest{band, 1.0};
-  for (const int side : {-1, 1}) {
-    if (i + side < 0 || i + side >= n) continue;
-    // Beyond a change of sign that is no surface nothing is known; there distances jump.
-    const double near = sign * p[side * stride];
-    if (near < 0.0 || near >= band) continue;
-    UpwindAxis axis{near, 1.0};
-    if (second_order && i + 2 * side >= 0 && i + 2 * side < n) {
-      const double next = sign * p[2 * side * stride];
-      if (next >= 0.0 || near - next <= kJump * dx) axis = upwind_side(near, next, dx);
-    }
-    if (axis.b + dx / axis.c < nearest.b + dx / nearest.c) nearest = axis;
+  const Block zero = {}, one = zero + 1.0;
+  // Beyond a change of sign that is no surface nothing is known; there distances jump.
+  const auto known = (near >= 0.0) & (near < f.band);
+  out.b = known ? near : zero + f.band, out.c = one, alone = out.b + f.dx;
+  if constexpr (kSecondOrder) {
+    const Block drop = near - next;
+    const auto smooth = known & ((next >= 0.0) | (drop <= kJump * f.dx));
+    const Block fall = smooth ? drop : zero;
+    Block steep = fall * (1.0 / (kSteep * f.dx));
+    steep = steep > 0.0 ? steep : zero;
+    steep = steep < 1.0 ? steep : one;
+    out.c = 1.0 + 0.5 * steep;
+    const Block part = 1.0 / out.c;
+    out.b += (1.0 - part) * fall, alone = out.b + part * f.dx;
   }
-  return nearest;
 }
 
-// Distance (m, on the side of n) that the neighbours of n imply, at most `band`.
-double upwind_distance(const Array3<double>& phi, const Box& box, double dx, double band, int n,
-                       bool second_order) {
-  const Ijk c = unravel(phi, n);
-  const double* p = phi.data() + n;
-  const double sign = wet(*p) ? -1.0 : 1.0;
-  const UpwindAxis x =
-      upwind_axis(p, box.stride[0], c.i, box.size[0], sign, dx, band, second_order);
-  const UpwindAxis y =
-      upwind_axis(p, box.stride[1], c.j, box.size[1], sign, dx, band, second_order);
-  const UpwindAxis z =
-      upwind_axis(p, box.stride[2], c.k, box.size[2], sign, dx, band, second_order);
-  return std::min(solve_eikonal(x, y, z, dx), band);
+// Eight cells of a list.
+struct Cells {
+  const double* at[kBlock];
+
+  // From the t-th on; at the end of the list the last one again.
+  Cells(const Front& f, const std::vector<int>& list, std::size_t t) {
+    for (int l = 0; l < kBlock; ++l)
+      at[l] = f.distance.data() + list[std::min(t + l, list.size() - 1)];
+  }
+  void gather(std::ptrdiff_t step, Block& out) const {
+    out = Block{at[0][step], at[1][step], at[2][step], at[3][step],
+                at[4][step], at[5][step], at[6][step], at[7][step]};
+  }
+};
+
+// One axis; sign makes the cells' side positive. Of two neighbours the one that implies the smaller
+// distance.
+template <bool kSecondOrder>
+void upwind_axis(const Front& f, const Cells& cells, std::ptrdiff_t stride, const Block& sign,
+                 UpwindAxis& nearest) {
+  Block near, next = {}, alone, other;
+  UpwindAxis high;
+  cells.gather(-stride, near);
+  if constexpr (kSecondOrder) cells.gather(-2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, nearest, alone);
+  cells.gather(stride, near);
+  if constexpr (kSecondOrder) cells.gather(2 * stride, next);
+  upwind_side<kSecondOrder>(sign * near, sign * next, f, high, other);
+  nearest.take(other < alone, high);
+}
+
+// Distances (m, signed) that the neighbours imply, at most `band`; `old` are those that the cells
+// have.
+template <bool kSecondOrder>
+void upwind_distance(const Front& f, const Cells& cells, Block& old, Block& value) {
+  const Block zero = {}, band = zero + f.band;
+  cells.gather(0, old);
+  const Block sign = old < 0.0 ? zero - 1.0 : zero + 1.0;
+  UpwindAxis axes[3];
+  for (int a = 0; a < 3; ++a) upwind_axis<kSecondOrder>(f, cells, f.stride[a], sign, axes[a]);
+  solve_eikonal(axes[0], axes[1], axes[2], f.dx, value);
+  value = sign * (value < band ? value : band);
+}
+
+// The cell next to m from which the front comes: of several the first.
+int comes_from(const Front& f, int m) {
+  for (const std::ptrdiff_t stride : f.stride)
+    for (const std::ptrdiff_t step : {-stride, stride})
+      if (f.marks[m + step] == Front::kReached) return static_cast<int>(m + step);
+  return -1;
+}
+
+// The cells next to those of `layer` inside the band that are not reached yet, each once.
+std::vector<int> next_layer(const Front& f, const std::vector<int>& layer) {
+  constexpr int kChunk = 1024;
+  const int count = static_cast<int>(layer.size());
+  std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
+#pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+      const int n = layer[t];
+      if (f.marks[n] != Front::kReached) continue;
+      for (const std::ptrdiff_t stride : f.stride)
+        for (const std::ptrdiff_t step : {-stride, stride}) {
+          const int m = static_cast<int>(n + step);
+          if (f.marks[m] == Front::kUnreached && comes_from(f, m) == n) parts[part].push_back(m);
+        }
+    }
+  return concatenate(parts);
 }
 
 // Start of the cells that the front has just reached: their old distance, kept near to what the
 // neighbours known so far imply (first order).
-void start_layer(Array3<double>& phi, const Array3<double>& old, const std::vector<int>& cells,
-                 std::vector<double>& values, const Box& box, double dx, double band) {
-  const int count = static_cast<int>(cells.size());
-  values.resize(count);
+void start_layer(Front& f, const std::vector<int>& layer, std::vector<double>& values) {
+  const int count = static_cast<int>(layer.size());
+  values.resize(count + kBlock);
+  const Block zero = {};
 #pragma omp parallel for if (count > kParallelFrom)
-  for (int t = 0; t < count; ++t) {
-    const int n = cells[t];
-    const double guess = upwind_distance(phi, box, dx, band, n, false);
-    const double low = std::max(guess - dx, 0.0), high = std::min(guess + kStartSlack * dx, band);
-    values[t] = std::copysign(std::clamp(std::abs(old[n]), low, high), phi[n]);
+  for (int t = 0; t < count; t += kBlock) {
+    const Cells cells(f, layer, t);
+    Block old, guess;
+    upwind_distance<false>(f, cells, old, guess);
+    const Block sign = guess < 0.0 ? zero - 1.0 : zero + 1.0, distance = sign * guess;
+    Block low = distance - f.dx, high = distance + kStartSlack * f.dx, start = sign * old - f.band;
+    low = low > 0.0 ? low : zero, high = high < f.band ? high : zero + f.band;
+    start = start > low ? start : low;
+    start = sign * (start < high ? start : high);
+    store(start, values.data() + t);
   }
 #pragma omp parallel for if (count > kParallelFrom)
-  for (int t = 0; t < count; ++t) phi[cells[t]] = values[t];
+  for (int t = 0; t < count; ++t) f.reach(layer[t], values[t]);
 }
 
 // One Jacobi update of a layer, second order; returns the largest change, m.
-double relax(Array3<double>& phi, const std::vector<int>& cells, std::vector<double>& values,
-             const Box& box, double dx, double band) {
-  const int count = static_cast<int>(cells.size());
-  values.resize(count);
+double relax(Front& f, const std::vector<int>& layer, std::vector<double>& values) {
+  const int count = static_cast<int>(layer.size());
+  values.resize(count + kBlock);
   double change = 0.0;
-#pragma omp parallel for reduction(max : change) if (count > kParallelFrom)
-  for (int t = 0; t < count; ++t) {
-    const double old = phi[cells[t]];
-    values[t] = std::copysign(upwind_distance(phi, box, dx, band, cells[t], true), old);
-    change = std::max(change, std::abs(values[t] - old));
+#pragma omp parallel reduction(max : change) if (count > kParallelFrom)
+  {
+    Block most = {};
+#pragma omp for
+    for (int t = 0; t < count; t += kBlock) {
+      Block old, value;
+      upwind_distance<true>(f, Cells(f, layer, t), old, value);
+      store(value, values.data() + t);
+      const Block rise = value - old, by = rise > 0.0 ? rise : -rise;
+      most = by > most ? by : most;
+    }
+    for (int l = 0; l < kBlock; ++l) change = std::max(change, most[l]);
   }
 #pragma omp parallel for if (count > kParallelFrom)
-  for (int t = 0; t < count; ++t) phi[cells[t]] = values[t];
+  for (int t = 0; t < count; ++t) f.distance[layer[t]] = values[t];
   return change;
 }
 
 // Updates outwards, layer after layer, over and over until nothing moves; a layer rests while the
 // two on either side of it, which its stencil reaches, rest.
-void relax_band(Array3<double>& phi, const std::vector<std::vector<int>>& layers, const Box& box,
-                double dx, double band) {
+void relax_band(Front& f, const std::vector<std::vector<int>>& layers) {
   const int count = static_cast<int>(layers.size());
-  std::vector<double> change(count, band), values;
+  std::vector<double> change(count, f.band), values;
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep)
     for (int l = 0; l < count; ++l) {
       const auto first = change.begin() + std::max(l - 2, 0),
                  last = change.begin() + std::min(l + 3, count);
-      if (*std::max_element(first, last) > kConverged * dx)
-        change[l] = relax(phi, layers[l], values, box, dx, band);
+      if (*std::max_element(first, last) > kConverged * f.dx)
+        change[l] = relax(f, layers[l], values);
     }
 }
 
-// Cells next to the interface, their distance in `out`.
+// Reaches the cells next to the interface.
 std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, const Mask& sheet,
-                               const Box& box, double dx, double band, Array3<double>& out) {
-  const std::vector<int> cells = collect_cells_at_changes(
+                               Front& f) {
+  const Box box(phi);
+  std::vector<int> cells = collect_cells_at_changes(
       phi, [&](std::size_t n) { return wet(phi[n]); },
       [&](int i, int j, int k, int n) {
         return at_interface(phi, solid, sheet, {i, j, k}, n);
@@ -268,7 +379,10 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, con
 #pragma omp parallel for
   for (std::size_t t = 0; t < cells.size(); ++t) {
     const int n = cells[t];
-    out[n] = std::copysign(std::min(interface_distance(phi, box, dx, n), band), phi[n]);
+    const Ijk c = unravel(phi, n);
+    const double distance = std::min(interface_distance(phi, box, f.dx, c, n), f.band);
+    cells[t] = static_cast<int>(f.index(c.i, c.j, c.k));
+    f.reach(cells[t], std::copysign(distance, phi[n]));
   }
   return cells;
 }
@@ -277,29 +391,27 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, con
 
 void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& solid,
                 const Mask& sheet) {
-  const Box box(phi);
-  Array3<double> out(phi.nx(), phi.ny(), phi.nz());
-#pragma omp parallel for
-  for (std::size_t n = 0; n < phi.size(); ++n) out[n] = wet(phi[n]) ? -band : band;
-
-  std::vector<int> layer = fix_interface(phi, solid, sheet, box, g.dx, band, out);
-  Mask reached(phi.nx(), phi.ny(), phi.nz(), 0);
-  for (int n : layer) reached[n] = 1;
+  Front front(phi, g.dx, band);
+  std::vector<int> layer = fix_interface(phi, solid, sheet, front);
 
   // Outwards layer by layer as far as the band goes.
   std::vector<std::vector<int>> layers;
   std::vector<double> values;
-  const auto inside_band = [&](int n) { return std::abs(out[n]) < band; };
-  while (!(layer = claim_neighbours(reached, layer, 1, inside_band)).empty()) {
-    start_layer(out, phi, layer, values, box, g.dx, band);
+  while (!(layer = next_layer(front, layer)).empty()) {
+    start_layer(front, layer, values);
     layers.push_back(layer);
   }
-  relax_band(out, layers, box, g.dx, band);
+  relax_band(front, layers);
 
   // Take what changed by more than rounding.
-#pragma omp parallel for
-  for (std::size_t n = 0; n < phi.size(); ++n)
-    phi[n] = unless_rounding(phi[n], out[n], kUnchanged * g.dx);
+#pragma omp parallel for collapse(2)
+  for (int k = 0; k < phi.nz(); ++k)
+    for (int j = 0; j < phi.ny(); ++j) {
+      double* p = phi.data() + phi.index(0, j, k);
+      const double* distance = front.distance.data() + front.index(0, j, k);
+      for (int i = 0; i < phi.nx(); ++i)
+        p[i] = unless_rounding(p[i], std::clamp(distance[i], -band, band), kUnchanged * g.dx);
+    }
 }
 
 }  // namespace archetide

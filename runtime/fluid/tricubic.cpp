@@ -55,15 +55,38 @@ CubicSlot central_slot(double s, int n) {
           {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
 }
 
+// The weights of four points at a place a from the first one.
+template <class Number>
+void inner_weights(const Number& a, Number w[4]) {
+  const Number b = a - 1, c = a - 2, d = a - 3, ab = a * b, cd = c * d;
+  w[0] = b * cd / -6, w[1] = a * cd / 2, w[2] = ab * d / -2, w[3] = ab * c / 6;
+}
+
 // The four weights alone, away from the ends of the lattice.
 struct InnerSlot {
   int first;
   double w[4];
 
   static bool fits(double s, int n) { return s >= 1.0 && s < n - 2; }
-  explicit InnerSlot(double s) : first(static_cast<int>(s) - 1) {
-    const double a = s - first, b = a - 1, c = a - 2, d = a - 3, ab = a * b, cd = c * d;
-    w[0] = b * cd / -6, w[1] = a * cd / 2, w[2] = ab * d / -2, w[3] = ab * c / 6;
+  explicit InnerSlot(double s) : first(static_cast<int>(s) - 1) { inner_weights(s - first, w); }
+};
+
+// The weights of the points -2 .. 2 at places d from point 0, |d| <= 1, and the range of those that
+// are not all 0.
+struct BlockSlot {
+  Block w[5];
+  int first, last;
+
+  explicit BlockSlot(const Block& d) {
+    const Block zero = {};
+    const auto low = d < 0.0;
+    Block ahead[4];  // one point behind, on a path from point 0 to d, the point, and two ahead
+    inner_weights<Block>(1.0 + (low ? -d : d), ahead);
+    w[0] = low ? ahead[3] : zero, w[1] = low ? ahead[2] : ahead[0], w[2] = ahead[1];
+    w[3] = low ? ahead[0] : ahead[2], w[4] = low ? zero : ahead[3];
+    int lower = 0;
+    for (int l = 0; l < kBlock; ++l) lower += d[l] < 0.0 ? 1 : 0;
+    first = lower > 0 ? 0 : 1, last = lower < kBlock ? 4 : 3;
   }
 };
 
@@ -110,6 +133,26 @@ double tricubic(const Array3<double>& f, const double s[3]) {
   double sum = 0.0;
   for (int i = 0; i < x.count; ++i) sum += x.w[i] * line[i];
   return sum;
+}
+
+void tricubic_block(const double* p, const std::array<std::ptrdiff_t, 3>& stride, const Block d[3],
+                    Block& out) {
+  const BlockSlot x(d[0]), y(d[1]), z(d[2]);
+  out = Block{};
+  for (int k = z.first; k <= z.last; ++k) {
+    Block plane = {};
+    for (int j = y.first; j <= y.last; ++j) {
+      const double* q = p + (k - 2) * stride[2] + (j - 2) * stride[1] - 2;
+      Block line = {};
+      for (int i = 0; i < 5; ++i) {
+        Block points;
+        load(q + i, points);
+        line += x.w[i] * points;
+      }
+      plane += y.w[j] * line;
+    }
+    out += z.w[k] * plane;
+  }
 }
 
 double tricubic(const Array3<double>& f, const double s[3], Vec3& gradient) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/fluid/redistance.h"
+#include "runtime/fluid/tricubic.h"
 #include "tests/support/fluid_fields.h"
 
 namespace archetide {
@@ -150,6 +151,22 @@ TEST(LevelSetAdvection, IsAtLeastSecondOrderForASmoothFunction) {
   const double order = std::log2(error[0] / error[1]);
   std::printf("one turn: L1 error %.2e, %.2e, order %.2f\n", error[0], error[1], order);
   EXPECT_GT(order, 1.9);
+}
+
+// Eight at once against one at a time: places on both sides of the points, and on them.
+TEST(LevelSet, TricubicValuesOfEightPointsAreThoseOfEach) {
+  Array3<double> f(16, 5, 5);
+  for (std::size_t n = 0; n < f.size(); ++n) f[n] = std::sin(1.7 * static_cast<double>(n));
+  for (const double most : {0.0, 0.3, 0.99}) {
+    Block d[3], values;
+    for (int a = 0; a < 3; ++a)
+      for (int l = 0; l < kBlock; ++l) d[a][l] = most * std::cos(3.0 * l + a);
+    tricubic_block(&f(4, 2, 2), strides(f), d, values);
+    for (int l = 0; l < kBlock; ++l) {
+      const double s[3] = {4 + l + d[0][l], 2 + d[1][l], 2 + d[2][l]};
+      EXPECT_NEAR(values[l], tricubic(f, s), 1e-13) << most << ' ' << l;
+    }
+  }
 }
 
 }  // namespace

@@ -97,5 +97,27 @@ TEST(Markers, StayInTheTankAndInTheWater) {
   EXPECT_EQ(points[1], below);
 }
 
+// Eight neighbours move together; each alone must move the same way, by the tank's sides as well,
+// and also where they are too far apart for that.
+TEST(Markers, NeighboursMoveAsEachDoesAlone) {
+  const Grid g = unit_cube(12);
+  const MacField u = vortex(g, [](double rho) { return 3.0 - 4.0 * rho; });
+  for (const double spread : {0.5, 1.5, 6.0})
+    for (const Vec3& corner : {Vec3(0.4, 0.3, 0.6), Vec3(0.0, 0.01, 0.97), Vec3(0.95, 0.9, 0.02)}) {
+      std::vector<Vec3> together;
+      for (int n = 0; n < 17; ++n) {
+        const Vec3 way(n * 7 % 17, n * 5 % 17, n * 3 % 17);
+        together.push_back((corner + spread * g.dx / 17.0 * way).cwiseMin(Vec3::Constant(1.0)));
+      }
+      const std::vector<Vec3> start = together;
+      advect_points(g, u, 0.02, together);
+      for (std::size_t n = 0; n < start.size(); ++n) {
+        std::vector<Vec3> alone = {start[n]};
+        advect_points(g, u, 0.02, alone);
+        EXPECT_NEAR((together[n] - alone[0]).norm(), 0.0, 1e-14) << spread << ' ' << n;
+      }
+    }
+}
+
 }  // namespace
 }  // namespace archetide
