@@ -63,7 +63,7 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
   energy_target_ = 0.0;
 
   // Each round starts from the true residual; a round that ends early was the recursion's error.
-  double residual = true_residual(b, x);
+  double residual = first_residual(b, x, norm_b);
   while (residual > target_ && report_.iterations < options.max_iterations) {
     const double before = residual;
     if (!deflation_->empty()) {
@@ -99,6 +99,14 @@ double CoupledPcg::true_residual(const double* b, double* x) {
   for (std::size_t n = 0; n < response_.size(); ++n) op_->scatter(n, -response_[n], r_.data());
   op_->project(r_.data());
   return std::sqrt(steps_.square(r_.data()));
+}
+
+// The same for the first guess, which is often none.
+double CoupledPcg::first_residual(const double* b, double* x, double norm_b) {
+  if (!all_zero(op_->blocks(), x)) return true_residual(b, x);
+  copy(op_->blocks(), b, r_.data());
+  op_->project(r_.data());
+  return norm_b;
 }
 
 // H^-1 Fhat^T z of every body.

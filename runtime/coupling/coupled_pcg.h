@@ -40,6 +40,7 @@ class CoupledPcg {
  private:
   double norm_in_range(const double* b);
   double true_residual(const double* b, double* x);
+  double first_residual(const double* b, double* x, double norm_b);
   double iterate(const double* b, double* x, double residual);
   double precondition(double scale);
   bool close_enough(const double* b, double* x);

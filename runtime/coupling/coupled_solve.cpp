@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/numerics/parallel.h"
+
 namespace archetide {
 namespace {
 
-// out = net outflow of the water through the open part of the faces of cells begin <= i < end of
+// out = net inflow of the water through the open part of the faces of cells begin <= i < end of
 // row (j, k), m/s (per dx^2).
-void outflow_row(const FaceField<double>& w, const MacField& u, int j, int k, int begin, int end,
-                 double* out) {
+void inflow_row(const FaceField<double>& w, const MacField& u, int j, int k, int begin, int end,
+                double* out) {
   const double *wx = &w[0](0, j, k), *ux = &u[0](0, j, k);
   const double *ws = &w[1](0, j, k), *us = &u[1](0, j, k);
   const double *wn = &w[1](0, j + 1, k), *un = &u[1](0, j + 1, k);
@@ -17,8 +19,22 @@ void outflow_row(const FaceField<double>& w, const MacField& u, int j, int k, in
   const double *wu = &w[2](0, j, k + 1), *uu = &u[2](0, j, k + 1);
 #pragma omp simd
   for (int i = begin; i < end; ++i)
-    out[i] = (wx[i + 1] * ux[i + 1] - wx[i] * ux[i]) + (wn[i] * un[i] - ws[i] * us[i]) +
-             (wu[i] * uu[i] - wd[i] * ud[i]);
+    out[i] = (wx[i] * ux[i] - wx[i + 1] * ux[i + 1]) + (ws[i] * us[i] - wn[i] * un[i]) +
+             (wd[i] * ud[i] - wu[i] * uu[i]);
+}
+
+// The same of a segment, of whose inner cells all six faces are open.
+void inflow_segment(const FaceField<double>& w, const MacField& u, const Segment& s, int k,
+                    double* out) {
+  if (s.inner != 6) return inflow_row(w, u, s.j, k, s.begin, s.end, out);
+  const int begin = s.begin + 1, end = s.end - 1;
+  inflow_row(w, u, s.j, k, s.begin, begin, out);
+  const double *ux = &u[0](0, s.j, k), *us = &u[1](0, s.j, k), *un = &u[1](0, s.j + 1, k),
+               *ud = &u[2](0, s.j, k), *uu = &u[2](0, s.j, k + 1);
+#pragma omp simd
+  for (int i = begin; i < end; ++i)
+    out[i] = (ux[i] - ux[i + 1]) + (us[i] - un[i]) + (ud[i] - uu[i]);
+  inflow_row(w, u, s.j, k, end, s.end, out);
 }
 
 // Through a smaller opening the flux is right but the velocity is not (measured beside a falling
@@ -166,13 +182,13 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
       std::fill(pressure.data() + done, pressure.data() + row + segment.begin, 0.0);
       done = row + segment.end;
       double* rhs = rhs_.data() + row;
-      const double* surface = s.surface_rhs.data() + row;
-      outflow_row(s.matrix.w, u, segment.j, k, segment.begin, segment.end, rhs);
-#pragma omp simd
-      for (int i = segment.begin; i < segment.end; ++i) rhs[i] = to_phi * surface[i] - rhs[i];
+      inflow_segment(s.matrix.w, u, segment, k, rhs);
     }
     std::fill(pressure.data() + done, pressure.data() + s.matrix.kind.index(0, 0, k + 1), 0.0);
   }
+#pragma omp parallel for schedule(static) if (s.at_surface.size() > kParallelCells)
+  for (std::size_t m = 0; m < s.at_surface.size(); ++m)
+    rhs_[s.at_surface[m]] += to_phi * s.surface_rhs[s.at_surface[m]];
   CoupledPcgOptions pcg_options;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     operator_.scatter(b, bodies[b].y, rhs_.data());
@@ -227,11 +243,11 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
     for (int j = 0; j < g.ny; ++j) {
       const CellKind* kind = &s.matrix.kind(0, j, k);
       if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
-      outflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
+      inflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
       const auto row = static_cast<std::int64_t>(s.matrix.kind.index(0, j, k));
       auto next = std::lower_bound(pushed.begin(), pushed.end(), std::pair(row, 0.0), before);
       for (; next != pushed.end() && next->first < row + g.nx; ++next)
-        net[next->first - row] -= next->second;
+        net[next->first - row] += next->second;
       for (int i = 0; i < g.nx; ++i) {
         const double here = std::abs(net[i]);
         if (kind[i] == CellKind::kUnknown && here > largest[k].first)

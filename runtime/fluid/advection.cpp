@@ -22,12 +22,6 @@ using Mask = Array3<unsigned char>;
 // upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
 constexpr double kUpwind = 1.0 / 12.0;
 
-// Strides along x, y, z of an array.
-template <class T>
-std::array<std::ptrdiff_t, 3> strides(const Array3<T>& a) {
-  return {1, a.nx(), static_cast<std::ptrdiff_t>(a.nx()) * a.ny()};
-}
-
 // out[i] = op(out[i], in[i])
 template <class Op>
 void combine_row(const unsigned char* __restrict in, int count, const Op& op,

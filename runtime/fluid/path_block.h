@@ -40,6 +40,23 @@ ARCHETIDE_INLINE std::uint64_t bytes_of(const BlockBits& bits) {
 /// Every byte 1.
 constexpr std::uint64_t kEachByte = 0x0101010101010101;
 
+/// Whether |d| <= most for all of them along all axes. (What is not a number may count as either.)
+ARCHETIDE_INLINE bool all_within(const Block d[3], double most) {
+  BlockBits over = {};
+  for (int a = 0; a < 3; ++a) {
+    Block size;
+    magnitude(d[a], size);
+    over |= (BlockBits)(most - size);
+  }
+  return bytes_of(over >> 63) == 0;
+}
+
+/// Strides along x, y, z of an array.
+template <class T>
+std::array<std::ptrdiff_t, 3> strides(const Array3<T>& a) {
+  return {1, a.nx(), static_cast<std::ptrdiff_t>(a.nx()) * a.ny()};
+}
+
 /// Steps in memory from a point of a lattice to its neighbours along each axis; 0 where there is
 /// none: the field goes on as it is at the outermost points.
 struct Steps {

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -23,28 +24,33 @@ class DirectSolver {
   void setup(const MultigridLevel& l) {
     cells_.clear();
     std::vector<int> number(l.x.size(), -1);
+    std::vector<std::array<float, 4>> coefficients;  // low faces along x, y, z, and the diagonal
     for (int k = 0; k < l.nz; ++k)
       for (const Segment& s : l.rows.plane(k))
         for (int i = s.begin; i < s.end; ++i) {
           const std::size_t cell = l.index(i, s.j, k);
           number[cell] = static_cast<int>(cells_.size());
           cells_.push_back(cell);
+          float one;
+          std::array<float, 4>& own = coefficients.emplace_back();
+          for (int axis = 0; axis < 3; ++axis) own[axis] = *l.faces(axis, i, s.j, k, 1, &one);
+          own[3] = *l.diagonal(i, s.j, k, 1, &one);
         }
     const int n = static_cast<int>(cells_.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
     std::vector<int> component(n);
     std::iota(component.begin(), component.end(), 0);
     for (int m = 0; m < n; ++m) {
-      a(m, m) = l.diag[cells_[m]];
+      a(m, m) = coefficients[m][3];
       const auto link = [&](std::size_t neighbour, float w) {
         if (number[neighbour] < 0 || !(w > 0.0f)) return;
         a(m, number[neighbour]) = a(number[neighbour], m) = -static_cast<double>(w);
         const int from = component[number[neighbour]], to = component[m];
         std::replace(component.begin(), component.end(), from, to);
       };
-      link(cells_[m] - 1, l.wx[cells_[m]]);
-      link(cells_[m] - l.sy, l.wy[cells_[m]]);
-      link(cells_[m] - l.sz, l.wz[cells_[m]]);
+      link(cells_[m] - 1, coefficients[m][0]);
+      link(cells_[m] - l.sy, coefficients[m][1]);
+      link(cells_[m] - l.sz, coefficients[m][2]);
     }
     stiffen_constants(component, a);
     factor_.compute(a);
@@ -84,7 +90,6 @@ class DirectSolver {
 struct Multigrid::Impl {
   const PoissonOperator* op = nullptr;
   const ClosedComponents* closed = nullptr;
-  int low[3] = {0, 0, 0};              // cell of the matrix that is cell 0 of the finest level
   std::vector<MultigridLevel> levels;  // finest first; more than `used` only from earlier setups
   int used = 0;
   DirectSolver direct;
@@ -126,7 +131,7 @@ void Multigrid::Impl::setup() {
     return levels[used++];
   };
   levels.reserve(32);  // references to levels stay valid
-  next().load(*op, low);
+  next().load(*op);
   while (levels[used - 1].unknowns > kDirectUnknowns) {
     const MultigridLevel& fine = levels[used - 1];
     next().coarsen(fine);
@@ -134,7 +139,7 @@ void Multigrid::Impl::setup() {
   direct.setup(levels[used - 1]);
   const MultigridLevel& fine = levels[0];
   const int cells[3] = {fine.nx, fine.ny, fine.nz};
-  layout = PaddedLayout(low, cells);
+  layout = PaddedLayout(fine.low, cells);
 }
 
 double Multigrid::Impl::cycle_in_place() {
@@ -204,7 +209,8 @@ void Multigrid::Impl::load_plane(const double* r, double scale, int k) {
   MultigridLevel& fine = levels[0];
   const PoissonMatrix& a = op->matrix();
   for (const Segment& s : fine.rows.plane(k)) {
-    const double* from = r + a.kind.index(low[0] + s.begin, low[1] + s.j, low[2] + k);
+    const double* from =
+        r + a.kind.index(fine.low[0] + s.begin, fine.low[1] + s.j, fine.low[2] + k);
     float* to = fine.b.data() + fine.index(s.begin, s.j, k);
 #pragma omp simd
     for (int i = 0; i < s.end - s.begin; ++i) to[i] = static_cast<float>(scale * from[i]);
@@ -218,7 +224,7 @@ void Multigrid::Impl::store_plane(double scale, int k, double* z) const {
   const auto& plane = fine.rows.plane(k);
   if (plane.empty()) return;
   const auto index = [&](const Segment& s) {
-    return a.kind.index(low[0] + s.begin, low[1] + s.j, low[2] + k);
+    return a.kind.index(fine.low[0] + s.begin, fine.low[1] + s.j, fine.low[2] + k);
   };
   std::size_t done = index(plane.front());
   for (const Segment& s : plane) {

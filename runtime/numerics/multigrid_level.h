@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "runtime/numerics/aligned.h"
@@ -27,8 +28,11 @@ struct MultigridLevel {
   RowSegments rows;
   std::vector<std::uint8_t> kind;  // padded, CellKind, ghosts included
   AlignedFloats x, b;              // padded, iterate and right-hand side
-  AlignedFloats diag;              // padded
-  AlignedFloats wx, wy, wz;        // padded, coefficient of the low face of each cell
+  // The coefficients: of the finest level those of the matrix, else padded arrays.
+  const PoissonMatrix* matrix = nullptr;
+  int low[3] = {0, 0, 0};    // cell of the matrix that is cell 0
+  AlignedFloats diag;        // padded
+  AlignedFloats wx, wy, wz;  // padded, coefficient of the low face of each cell
   // The same for the cycle, only where it is not uniform: per plane, its segments one after the
   // other. A segment of n cells has n entries each of 1 / diagonal (0 where the diagonal is 0), the
   // faces at -x, +x, -y, +y, -z, +z, and the diagonal. (Read from the padded arrays the single
@@ -44,10 +48,15 @@ struct MultigridLevel {
   }
   std::size_t bytes() const;
 
-  /// The level of `op`'s cells in a box around the unknowns; `low` receives the box's first cell.
-  void load(const PoissonOperator& op, int low[3]);
+  /// The level of `op`'s cells in a box around the unknowns.
+  void load(const PoissonOperator& op);
   /// The 2x2x2 aggregation of `fine`.
   void coarsen(const MultigridLevel& fine);
+
+  /// Coefficients of the low faces of cells (i .. i + n - 1, j, k) along an axis, in place or in
+  /// `scratch` (n).
+  const float* faces(int axis, int i, int j, int k, int n, float* scratch) const;
+  const float* diagonal(int i, int j, int k, int n, float* scratch) const;
 
   /// Rows first <= j < end of plane k.
   struct Rows {
@@ -79,9 +88,10 @@ struct MultigridLevel {
  private:
   void resize(int nx_new, int ny_new, int nz_new);
   void set_ghost_kinds();
-  void load_kinds(const PoissonMatrix& a, const int low[3]);
-  void load_plane(const PoissonOperator& op, const int low[3], int k);
+  void load_kinds();
+  void load_rows(const PoissonOperator& op, int k);
   void coarsen_kinds(const MultigridLevel& fine, int K);
+  std::pair<int, int> uniform_parents(int J, int K) const;
   void coarsen_plane(const MultigridLevel& fine, int K);
   void sum_diagonal_row(int j, int k);
   void add_surface(const MultigridLevel& fine, int k);

@@ -89,6 +89,14 @@ double max_abs(const Blocks& blocks, const double* a) {
   return largest.nan ? std::nan("") : largest.value;
 }
 
+bool all_zero(const Blocks& blocks, const double* a) {
+  return std::all_of(blocks.ranges.begin(), blocks.ranges.end(), [a](const Blocks::Range& range) {
+    bool other = false;
+    for (std::size_t n = range.begin; n < range.end; ++n) other |= a[n] != 0.0;
+    return !other;
+  });
+}
+
 void axpy(const Blocks& blocks, double s, const double* x, double* y) {
   for_blocks(blocks, [=](Range range) {
 #pragma omp simd

@@ -31,6 +31,8 @@ double sum(const Blocks& blocks, const double* a);
 double norm(const Blocks& blocks, const double* a);
 /// max |a_i|, NaN when an entry is NaN
 double max_abs(const Blocks& blocks, const double* a);
+/// Whether every entry is 0; ends at the first piece that has another.
+bool all_zero(const Blocks& blocks, const double* a);
 /// y = y + s x   (2n reads, n writes)
 void axpy(const Blocks& blocks, double s, const double* x, double* y);
 /// y = x + s y   (2n reads, n writes)
