@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -136,11 +135,11 @@ inline bool crosses_in_the_open(const Array3<double>& phi, const Array3<unsigned
   return crosses && open(n);
 }
 
-/// Neighbours m with mark[m] == 0 of the points of `front` that satisfy from(n); each is marked and
-/// listed once. The set does not depend on the number of threads, its order does.
-template <class Condition>
-std::vector<int> claim_neighbours(Array3<unsigned char>& mark, const std::vector<int>& front,
-                                  unsigned char claimed, const Condition& from) {
+/// The points with mark 0 beside those of `front`, which are all that are marked `last`: each once,
+/// from the first of its neighbours in the front, in an order that does not depend on the number of
+/// threads.
+inline std::vector<int> next_front(const Array3<unsigned char>& mark, const std::vector<int>& front,
+                                   unsigned char last) {
   constexpr int kChunk = 1024;
   const int count = static_cast<int>(front.size());
   std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
@@ -148,10 +147,16 @@ std::vector<int> claim_neighbours(Array3<unsigned char>& mark, const std::vector
   for (int part = 0; part < static_cast<int>(parts.size()); ++part)
     for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
       const int n = front[t];
-      if (!from(n)) continue;
-      for_each_neighbour(mark, unravel(mark, n), n, [&](int, int, int m) {
-        if (std::atomic_ref(mark[m]).load(std::memory_order_relaxed)) return;
-        if (!std::atomic_ref(mark[m]).exchange(claimed)) parts[part].push_back(m);
+      const Ijk c = unravel(mark, n);
+      for_each_neighbour(mark, c, n, [&](int axis, int side, int m) {
+        if (mark[m]) return;
+        const Ijk at = {c.i + (axis == 0) * side, c.j + (axis == 1) * side,
+                        c.k + (axis == 2) * side};
+        int first = -1;
+        for_each_neighbour(mark, at, m, [&](int, int, int from) {
+          if (first < 0 && mark[from] == last) first = from;
+        });
+        if (first == n) parts[part].push_back(m);
       });
     }
   return concatenate(parts);

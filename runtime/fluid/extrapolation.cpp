@@ -11,7 +11,7 @@ namespace archetide {
 namespace {
 
 using Mask = Array3<unsigned char>;
-constexpr unsigned char kClaimed = 255;  // in the frontier, value not known yet
+constexpr unsigned char kWaiting = 255;  // beside known points, value not known yet
 constexpr int kMaxLayers = 253;
 constexpr int kLinearLayers =
     2;  // of velocities: what moves a surface between two faces is second order
@@ -20,35 +20,31 @@ constexpr double kUnchanged = 1e-9;  // in dx: smaller changes of phi are roundi
 // Whether point n is known before this layer is.
 bool known(const Mask& valid, int n, int layer) { return valid[n] != 0 && valid[n] <= layer; }
 
-// Invalid points with a valid neighbour, marked as claimed.
-std::vector<int> first_frontier(Mask& valid) {
+// Invalid points with a valid neighbour.
+std::vector<int> first_frontier(const Mask& valid) {
   const auto is_valid = [&](std::size_t n) { return valid[n] != 0; };
-  const std::vector<int> frontier =
-      collect_cells_at_changes(valid, is_valid, [&](int i, int j, int k, int n) {
-        if (valid[n]) return false;
-        bool touches = false;
-        for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
-        return touches;
-      });
-  for (int n : frontier) valid[n] = kClaimed;
-  return frontier;
+  return collect_cells_at_changes(valid, is_valid, [&](int i, int j, int k, int n) {
+    if (valid[n]) return false;
+    bool touches = false;
+    for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
+    return touches;
+  });
 }
 
 // The points of the layers around the valid ones, the n-th (from 1) marked n + 1.
 std::vector<std::vector<int>> grow_layers(Mask& valid, int count) {
+  count = std::min(count, kMaxLayers);
   std::vector<std::vector<int>> layers;
-  std::vector<int> frontier;
-  if (count > 0) frontier = first_frontier(valid);
-  while (!frontier.empty()) {
-    layers.push_back(std::move(frontier));
-    frontier.clear();
-    const std::vector<int>& last = layers.back();
-    const auto mark = static_cast<unsigned char>(layers.size() + 1);
-    const int points = static_cast<int>(last.size());
+  std::vector<int> front;
+  if (count > 0) front = first_frontier(valid);
+  while (!front.empty()) {
+    const auto mark = static_cast<unsigned char>(layers.size() + 2);
+    const int points = static_cast<int>(front.size());
 #pragma omp parallel for if (points > kParallelFrom)
-    for (int t = 0; t < points; ++t) valid[last[t]] = mark;
-    if (static_cast<int>(layers.size()) < std::min(count, kMaxLayers))
-      frontier = claim_neighbours(valid, last, kClaimed, [](int) { return true; });
+    for (int t = 0; t < points; ++t) valid[front[t]] = mark;
+    layers.push_back(std::move(front));
+    front.clear();
+    if (static_cast<int>(layers.size()) < count) front = next_front(valid, layers.back(), mark);
   }
   return layers;
 }
@@ -199,7 +195,7 @@ Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int
   for (int layer = 0; layer < layers; ++layer) {
     for (const int n : front)
       for_each_neighbour(valid, unravel(valid, n), n, [&](int, int, int m) {
-        if (solid[m] && !valid[m]) valid[m] = kClaimed, waiting.push_back(m);
+        if (solid[m] && !valid[m]) valid[m] = kWaiting, waiting.push_back(m);
       });
     values.clear();
     for (const int n : waiting) values.push_back(trusted_lines(phi, valid, n, g.dx, kReach * g.dx));

@@ -1,5 +1,5 @@
 // Cost of a step of water alone, with the air above it and with twice as much: CPU seconds of all
-// threads in the coupled solves and outside of them, and memory.
+// threads and wall seconds in the coupled solves and outside of them, and memory.
 //   bench_step [nx ny nz [particles a cell [steps]]]     default 128 128 128 0 6; 0.4 nz of water
 #include <sys/wait.h>
 #include <unistd.h>
@@ -64,19 +64,22 @@ double process_bytes(int nx, int ny, int nz, int depth, int particles) {
 }
 
 struct Cost {
-  double solve = 0.0, rest = 0.0;  // CPU seconds a step, of all threads
+  double solve = 0.0, rest = 0.0;  // CPU seconds of all threads
+  double wall = 0.0;               // seconds outside the solves
   double bytes = 0.0;
   double cells = 0.0;  // of water
 };
 
 void add_step(Simulation& simulation, Cost& cost) {
-  const double start = cpu_seconds();
+  const double start = cpu_seconds(), start_wall = omp_get_wtime();
   const StepReport r = simulation.step(simulation.stable_dt());
-  const double all = cpu_seconds() - start;
-  double solve = 0.0;
-  for (const SolveReport* s : {&r.position, &r.velocity})
+  const double all = cpu_seconds() - start, all_wall = omp_get_wtime() - start_wall;
+  double solve = 0.0, solve_wall = 0.0;
+  for (const SolveReport* s : {&r.position, &r.velocity}) {
     solve += s->setup_cpu_seconds + s->solve_cpu_seconds;
-  cost.solve += solve, cost.rest += all - solve;
+    solve_wall += s->setup_seconds + s->solve_seconds;
+  }
+  cost.solve += solve, cost.rest += all - solve, cost.wall += all_wall - solve_wall;
 }
 
 int main_of(int nx, int ny, int nz, int particles, int steps) {
@@ -96,11 +99,13 @@ int main_of(int nx, int ny, int nz, int particles, int steps) {
   std::printf("%d x %d, water %d cells deep, %d particles a cell, %d threads, %d steps\n", nx, ny,
               water, particles, omp_get_max_threads(), steps);
   std::printf(
-      "height   solve s   rest s  rest us / water cell  memory MiB   (a step, CPU seconds)\n");
+      "height   solve s   rest s  rest us / water cell  memory MiB   (a step, CPU seconds)  wall "
+      "us "
+      "/ water cell\n");
   for (int t = 0; t < 2; ++t)
-    std::printf("%6d %9.3f %8.3f %21.3f %11.0f\n", heights[t], cost[t].solve / steps,
+    std::printf("%6d %9.3f %8.3f %21.3f %11.0f %40.3f\n", heights[t], cost[t].solve / steps,
                 cost[t].rest / steps, 1e6 * cost[t].rest / steps / cost[t].cells,
-                cost[t].bytes / 1048576.0);
+                cost[t].bytes / 1048576.0, 1e6 * cost[t].wall / steps / cost[t].cells);
   std::printf("phases of the first, wall s a step:");
   for (const std::string& phase : tank[0]->profile().phases())
     std::printf(" %s %.3f", phase.c_str(), tank[0]->profile().seconds(phase) / (kWarm + steps));
