@@ -42,6 +42,8 @@ Mask combine(const Mask& in, int first, int last, unsigned char nothing, const O
 #pragma omp for schedule(static)
     for (int k = 0; k < nz; ++k)
       for (int j = 0; j < ny; ++j) {
+        const unsigned char* own = &in(0, j, k);
+        if (nothing && std::all_of(own, own + nx, [](unsigned char m) { return m == 0; })) continue;
         unsigned char* middle = line.data() - first;
         std::fill_n(middle, nx, nothing);
         for (int kk = std::max(k + first, 0); kk <= std::min(k + last, nz - 1); ++kk)
