@@ -321,12 +321,15 @@ class ComponentAdvection {
 
   bool first_block(const PathRow<A>& row, int i, int j, int k, std::size_t n) {
     Block v[3], d[3];
+    row.fetch_ahead(i);
     row.velocities(i, v);
     if (!row.ends(i, -h, v, d)) return false;
     const BlockSides sides(d, 1.0);
     if (sides.any_far()) return false;
     Block value;
-    interpolate_block(f.data() + n, steps_at(f, j, k), d, sides, value);
+    const Steps steps = steps_at(f, j, k);
+    __builtin_prefetch(f.data() + n + 2 * steps.high[2]);
+    interpolate_block(f.data() + n, steps, d, sides, value);
     store(value, &scratch.hat[n]);
     std::memcpy(&scratch.side[n], &sides.bytes, kBlock);
     std::memset(&hat_valid[n], 1, kBlock);
@@ -362,12 +365,15 @@ class ComponentAdvection {
 
   bool second_block(const PathRow<A>& row, int i, int j, int k, std::size_t n, Block& value) const {
     Block v[3], d[3];
+    row.fetch_ahead(i);
     row.velocities(i, v);
     if (!row.ends(i, h, v, d)) return false;
     const BlockSides sides(d, 1.0);
     if (sides.any_far()) return false;
     const Steps steps = steps_at(f, j, k);
     Block back;
+    __builtin_prefetch(f.data() + n + 2 * steps.high[2]);
+    __builtin_prefetch(scratch.hat.get() + n + 2 * steps.high[2]);
     interpolate_block(&scratch.hat[n], steps, d, sides, back);
     std::uint64_t at_foot;
     std::memcpy(&at_foot, &scratch.side[n], sizeof(at_foot));
