@@ -295,9 +295,11 @@ void MultigridLevel::coarsen_plane(const MultigridLevel& fine, int K) {
     for (AlignedFloats* w : {&wx, &wy, &wz}) std::fill_n(w->begin() + at + begin, end - begin, c);
     coarsen_range(end, nx);
     if (J < ny && K < nz) {  // the last face has no cell behind it
-      const int last = std::min(2 * nx, fine.nx);
-      sum_rows(0, fine.nx + 1, nx, nx, j0, j1, k0, k1);
-      wx[at + nx] = carries(cell[nx - 1], cell[nx]) ? scale(0) * sum[last - 2 * nx] : 0.0f;
+      float total = 0.0f;
+      for (int k = k0; k < k1; ++k)
+        for (int j = j0; j < j1; ++j)
+          total += *fine.faces(0, std::min(2 * nx, fine.nx), j, k, 1, scratch.data());
+      wx[at + nx] = carries(cell[nx - 1], cell[nx]) ? scale(0) * total : 0.0f;
     }
   }
 }

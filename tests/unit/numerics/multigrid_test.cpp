@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "runtime/numerics/multigrid_level.h"
 #include "tests/unit/numerics/poisson_problems.h"
 
 namespace archetide::testing {
@@ -32,6 +33,19 @@ struct Cycle {
   ClosedComponents closed;
   Multigrid multigrid;
 };
+
+// Sum of the coefficients of the four (or, at the end of an odd side, fewer) fine low faces of
+// coarse cell c along an axis, halved where the side has more than one cell.
+float sum_of_children(const MultigridLevel& fine, const Vec3i& c, int axis) {
+  const Vec3i n(fine.nx, fine.ny, fine.nz);
+  Vec3i first = 2 * c, end = (first + Vec3i(2, 2, 2)).cwiseMin(n);
+  first[axis] = std::min(first[axis], n[axis]), end[axis] = first[axis] + 1;
+  float sum = 0.0f, one;
+  for (int k = first[2]; k < end[2]; ++k)
+    for (int j = first[1]; j < end[1]; ++j)
+      for (int i = first[0]; i < end[0]; ++i) sum += *fine.faces(axis, i, j, k, 1, &one);
+  return n[axis] > 1 ? 0.5f * sum : sum;
+}
 
 std::vector<PoissonMatrix> some_matrices() {
   std::vector<PoissonMatrix> all;
@@ -174,6 +188,44 @@ TEST(Multigrid, CycleIsBitIdenticalForAnyNumberOfThreads) {
     }
   }
   omp_set_num_threads(threads);
+}
+
+// Also where parents of uniform cells are not summed up, and at the last faces of odd sides.
+TEST(MultigridLevel, CoarseFacesAreTheSumOfTheirChildren) {
+  const Sides open = {true, true, true, true, true, true};
+  const PoissonMatrix matrices[] = {
+      make_matrix({65, 43, 37, 2.0, 0.0, {}, open}), make_matrix({64, 42, 36, 0.6, 2.0, {}, open}),
+      random_matrix(51, 23, 19, 5, open), random_matrix(40, 1, 21, 6)};
+  int checked = 0;
+  for (const PoissonMatrix& matrix : matrices) {
+    PoissonOperator op;
+    op.setup(matrix);
+    MultigridLevel levels[3];
+    levels[0].load(op);
+    for (int l = 1; l < 3; ++l) {
+      const MultigridLevel& fine = levels[l - 1];
+      levels[l].coarsen(fine);
+      const MultigridLevel& coarse = levels[l];
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vec3i more = Vec3i::Unit(axis);
+        for (int k = 0; k < coarse.nz + more[2]; ++k)
+          for (int j = 0; j < coarse.ny + more[1]; ++j)
+            for (int i = 0; i < coarse.nx + more[0]; ++i) {
+              const std::size_t at = coarse.index(i, j, k),
+                                below = coarse.index(i - more[0], j - more[1], k - more[2]);
+              const int kinds = coarse.kind[at] * coarse.kind[below];  // 1, 2: water, water or air
+              const bool carries = kinds == 1 || kinds == 2;
+              float one;
+              const float w = *coarse.faces(axis, i, j, k, 1, &one);
+              const float sum = carries ? sum_of_children(fine, {i, j, k}, axis) : 0.0f;
+              ASSERT_NEAR(w, sum, 3e-7f * sum)  // four numbers added in another order
+                  << "level " << l << " axis " << axis << ": " << i << " " << j << " " << k;
+              checked += w != 0.0f;
+            }
+      }
+    }
+  }
+  EXPECT_GT(checked, 10000);
 }
 
 }  // namespace
