@@ -435,7 +435,7 @@ void advect_component(const Grid& g, const MacField& u, const MacField& advected
 void advect_velocity(const Grid& g, const MacField& transporting, const MacField& advected,
                      double dt, const FaceField<unsigned char>& valid_source,
                      const FaceField<unsigned char>& target, MacField& result) {
-  ARCHETIDE_CHECK(&result != &advected);
+  ARCHETIDE_CHECK(&result != &advected && &result != &transporting);
   std::size_t largest = 0;
   for (int a = 0; a < 3; ++a) largest = std::max(largest, advected[a].size());
   for (int a = 0; a < 3; ++a)
