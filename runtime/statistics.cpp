@@ -29,10 +29,6 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
   r.max_deformation = std::max(r.max_deformation, deformation(body));
 }
 
-double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids) {
-  return water_volume(g, phi, &solids.cell);
-}
-
 double outflow_through_sides(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                              const Coupling& coupling) {
   double sum = 0.0;
@@ -52,7 +48,7 @@ double outflow_through_sides(const SimulationOptions& o, const Grid& g, const Fl
 
 void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                           const Coupling& coupling, StepReport& r) {
-  r.water_volume = water_volume(g, fluid.phi, coupling.solids());
+  r.water_volume = water_volume(g, fluid.phi, &coupling.solids().cell);
 
   // rho dx^3 e u over the faces between water cells, and what moves with bodies; plane by plane so
   // that threads do not change the sums

@@ -11,9 +11,6 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 void add_water_statistics(const SimulationOptions& options, const Grid& grid,
                           const FluidState& fluid, const Coupling& coupling, StepReport& report);
 
-/// Volume of water outside the solids, m^3.
-double water_volume(const Grid& g, const Array3<double>& phi, const SolidFractions& solids);
-
 /// Water that leaves through the open sides of the tank, m^3/s (what comes in is air).
 double outflow_through_sides(const SimulationOptions& options, const Grid& grid,
                              const FluidState& fluid, const Coupling& coupling);

@@ -6,6 +6,7 @@
 #include "runtime/coupling/air_extension.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
+#include "runtime/fluid/level_set.h"
 #include "runtime/fluid/markers.h"
 #include "runtime/fluid/particle_level_set.h"
 #include "runtime/fluid/spray.h"
@@ -131,7 +132,7 @@ void WaterStep::prepare(const Coupling& coupling) {
   valid_.resize(g, 1);
   mark_solid_cells(coupling.solids(), solid_cells_);
   prepare_surface(g, fluid, surface_options(), solid_cells_);
-  volume = volume_wanted = water_volume(g, fluid.phi, coupling.solids());
+  volume = volume_wanted = water_volume(g, fluid.phi, &coupling.solids().cell);
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,

@@ -70,7 +70,7 @@ class WaterStep {
     Array3<double> phi;
     Particles particles;
     FaceField<unsigned char> valid;
-    double volume_given_back, volume_wanted;
+    double volume_given_back = 0.0, volume_wanted = 0.0;
     Spray spray;
   };
   void remember(Memory& now) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "runtime/grid/grid.h"
@@ -24,13 +25,25 @@ CellBox whole_box(const Grid& g);
 /// sides included; on all threads.
 template <class T, class F>
 void for_each_row(const Array3<T>& lattice, const CellBox& box, const F& f) {
-  Vec3i low = box.low.cwiseMax(0);
+  const Vec3i low = box.low.cwiseMax(0);
   const Vec3i end = (box.low + box.size + Vec3i::Ones())
                         .cwiseMin(Vec3i(lattice.nx(), lattice.ny(), lattice.nz()));
 #pragma omp parallel for schedule(static) if (box.count() > 32768)
   for (int k = low[2]; k < end[2]; ++k)
     for (int j = low[1]; j < end[1]; ++j)
       if (low[0] < end[0]) f(lattice.index(low[0], j, k), lattice.index(end[0] - 1, j, k) + 1);
+}
+
+/// to = from in a box, faces on its high sides included.
+template <class T>
+void copy_box(const Array3<T>& from, const CellBox& box, Array3<T>& to) {
+  for_each_row(to, box, [&](std::size_t first, std::size_t last) {
+    std::copy(from.data() + first, from.data() + last, to.data() + first);
+  });
+}
+template <class T>
+void copy_box(const FaceField<T>& from, const CellBox& box, FaceField<T>& to) {
+  for (int a = 0; a < 3; ++a) copy_box(from[a], box, to[a]);
 }
 
 }  // namespace archetide

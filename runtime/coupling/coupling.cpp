@@ -1,6 +1,7 @@
 #include "runtime/coupling/coupling.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/check.h"
 #include "runtime/coupling/hydrostatic_force.h"
@@ -69,22 +70,16 @@ void Coupling::open_box(const CellBox& box) {
 
 // Bodies cut few of the cells: the others stay as the obstacles leave them.
 void Coupling::forget_bodies() {
-  const auto restore = [](const Array3<double>& from, const CellBox& box, Array3<double>& to) {
-    for_each_row(to, box, [&](std::size_t first, std::size_t last) {
-      std::copy(from.data() + first, from.data() + last, to.data() + first);
-    });
-  };
   for (const CellBox& box : cut_) {
-    for (int a = 0; a < 3; ++a) restore(obstacles_.face[a], box, solids_.face[a]);
-    restore(obstacles_.cell, box, solids_.cell);
+    copy_box(obstacles_.face, box, solids_.face);
+    copy_box(obstacles_.cell, box, solids_.cell);
   }
 }
 
 void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   const Grid& g = options_.grid;
   forget_bodies();
-  std::vector<CellBox> before = std::move(cut_);
-  cut_.clear();
+  const std::vector<CellBox> before = std::exchange(cut_, {});
   surfaces_.clear();
   voxels_.clear();
   faces_.resize(bodies.size());

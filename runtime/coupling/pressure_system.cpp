@@ -225,14 +225,6 @@ void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned cha
   }
 }
 
-// to = from in a box.
-void copy_faces(const FaceField<double>& from, const CellBox& box, FaceField<double>& to) {
-  for (int a = 0; a < 3; ++a)
-    for_each_row(from[a], box, [&](std::size_t first, std::size_t last) {
-      std::copy(from[a].data() + first, from[a].data() + last, to[a].data() + first);
-    });
-}
-
 }  // namespace
 
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
@@ -251,12 +243,12 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     s.surface_rhs.resize(g.nx, g.ny, g.nz);
     s.surface_weight.resize(g.nx, g.ny, g.nz);
     s.at_surface.clear();
-    A.w.resize(g);
     changed = nullptr;
   }
-  if (!changed) copy_faces(open, whole_box(g), A.w);
   if (changed)
-    for (const CellBox& box : *changed) copy_faces(open, box, A.w);
+    for (const CellBox& box : *changed) copy_box(open, box, A.w);
+  else
+    copy_values(open, A.w);
   for (const DualFaces* faces : solids)
     for (const DualFace& f : *faces) {
       const Vec3i& at = f.face;

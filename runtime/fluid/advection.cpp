@@ -124,11 +124,7 @@ bool all_ones(const unsigned char* m) {
   return bytes == kEachByte;
 }
 
-bool none_zero(const unsigned char* m) {
-  bool any = false;
-  for (int l = 0; l < kBlock; ++l) any |= m[l] == 0;
-  return !any;
-}
+bool none_zero(const unsigned char* m) { return std::memchr(m, 0, kBlock) == nullptr; }
 
 constexpr int kEnd = 2;  // points at the ends of the rows that blocks leave out
 
@@ -186,7 +182,7 @@ void for_each_marked(const Mask& mask, const Mask& deep, const RowOf& row_of,
 // turns waves into mean flow where neighbours have different nearest points.) An axis without two
 // solved points to each side counts nothing.
 double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], const double c[3]) {
-  const std::ptrdiff_t stride[3] = {1, f.nx(), static_cast<std::ptrdiff_t>(f.nx()) * f.ny()};
+  const auto stride = strides(f);
   const int size[3] = {f.nx(), f.ny(), f.nz()};
   int at[3];
   double weight[3];
@@ -258,8 +254,7 @@ struct Scratch {
 };
 
 // Corner of the interpolation cell beside point c on these sides, inside the lattice.
-template <class T>
-std::size_t corner_beside(const Array3<T>& f, const int c[3], unsigned char sides) {
+std::size_t corner_beside(const Array3<double>& f, const int c[3], unsigned char sides) {
   const int size[3] = {f.nx(), f.ny(), f.nz()};
   int at[3];
   for (int a = 0; a < 3; ++a)
@@ -288,8 +283,8 @@ class ComponentAdvection {
   void go_there(const Mask& target) {
     for_each_marked(
         surroundings(target), deep_inside(valid), row_of(),
-        [&](const PathRow<A>& row, int i, int j, int k, std::size_t n) {
-          return first_block(row, i, j, k, n);
+        [&](const PathRow<A>& row, int i, int, int, std::size_t n) {
+          return first_block(row, i, n);
         },
         [&](int i, int j, int k, std::size_t n) { first_point(i, j, k, n); });
     whole_hat = whole_stencils(hat_valid);
@@ -319,7 +314,7 @@ class ComponentAdvection {
     return [this](int j, int k) { return PathRow<A>(g, u, j, k); };
   }
 
-  bool first_block(const PathRow<A>& row, int i, int j, int k, std::size_t n) {
+  bool first_block(const PathRow<A>& row, int i, std::size_t n) {
     Block v[3], d[3];
     row.fetch_ahead(i);
     row.velocities(i, v);
@@ -327,7 +322,7 @@ class ComponentAdvection {
     const BlockSides sides(d, 1.0);
     if (sides.any_far()) return false;
     Block value;
-    const Steps steps = steps_at(f, j, k);
+    const Steps& steps = row.s[A];
     __builtin_prefetch(f.data() + n + 2 * steps.high[2]);
     interpolate_block(f.data() + n, steps, d, sides, value);
     store(value, &scratch.hat[n]);
@@ -370,7 +365,7 @@ class ComponentAdvection {
     if (!row.ends(i, h, v, d)) return false;
     const BlockSides sides(d, 1.0);
     if (sides.any_far()) return false;
-    const Steps steps = steps_at(f, j, k);
+    const Steps& steps = row.s[A];
     Block back;
     __builtin_prefetch(f.data() + n + 2 * steps.high[2]);
     __builtin_prefetch(scratch.hat.get() + n + 2 * steps.high[2]);

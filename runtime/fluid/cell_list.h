@@ -135,31 +135,37 @@ inline bool crosses_in_the_open(const Array3<double>& phi, const Array3<unsigned
   return crosses && open(n);
 }
 
+/// What add(n, out) appends for the points n of a list, in their order whatever the number of
+/// threads.
+template <class Add>
+std::vector<int> collect_from(const std::vector<int>& list, const Add& add) {
+  constexpr int kChunk = 1024;
+  const int count = static_cast<int>(list.size());
+  std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
+#pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t)
+      add(list[t], parts[part]);
+  return concatenate(parts);
+}
+
 /// The points with mark 0 beside those of `front`, which are all that are marked `last`: each once,
 /// from the first of its neighbours in the front, in an order that does not depend on the number of
 /// threads.
 inline std::vector<int> next_front(const Array3<unsigned char>& mark, const std::vector<int>& front,
                                    unsigned char last) {
-  constexpr int kChunk = 1024;
-  const int count = static_cast<int>(front.size());
-  std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
-#pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
-      const int n = front[t];
-      const Ijk c = unravel(mark, n);
-      for_each_neighbour(mark, c, n, [&](int axis, int side, int m) {
-        if (mark[m]) return;
-        const Ijk at = {c.i + (axis == 0) * side, c.j + (axis == 1) * side,
-                        c.k + (axis == 2) * side};
-        int first = -1;
-        for_each_neighbour(mark, at, m, [&](int, int, int from) {
-          if (first < 0 && mark[from] == last) first = from;
-        });
-        if (first == n) parts[part].push_back(m);
+  return collect_from(front, [&](int n, std::vector<int>& out) {
+    const Ijk c = unravel(mark, n);
+    for_each_neighbour(mark, c, n, [&](int axis, int side, int m) {
+      if (mark[m]) return;
+      const Ijk at = {c.i + (axis == 0) * side, c.j + (axis == 1) * side, c.k + (axis == 2) * side};
+      int first = -1;
+      for_each_neighbour(mark, at, m, [&](int, int, int from) {
+        if (first < 0 && mark[from] == last) first = from;
       });
-    }
-  return concatenate(parts);
+      if (first == n) out.push_back(m);
+    });
+  });
 }
 
 }  // namespace archetide

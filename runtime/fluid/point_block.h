@@ -14,11 +14,10 @@ struct Spread {
   double low, high;
 
   explicit Spread(const Block& x) : at(x) {
-    typedef long Order __attribute__((vector_size(8 * kBlock)));
-    constexpr Order kHalf = {4, 5, 6, 7, 0, 1, 2, 3}, kPairs = {2, 3, 0, 1, 6, 7, 4, 5},
-                    kNext = {1, 0, 3, 2, 5, 4, 7, 6};
+    constexpr BlockBits kHalf = {4, 5, 6, 7, 0, 1, 2, 3}, kPairs = {2, 3, 0, 1, 6, 7, 4, 5},
+                        kNext = {1, 0, 3, 2, 5, 4, 7, 6};
     Block least = x, most = x;
-    for (const Order& order : {kHalf, kPairs, kNext}) {
+    for (const BlockBits& order : {kHalf, kPairs, kNext}) {
       const Block a = __builtin_shuffle(least, order), b = __builtin_shuffle(most, order);
       least = a < least ? a : least, most = b > most ? b : most;
     }

@@ -291,21 +291,14 @@ int comes_from(const Front& f, int m) {
 
 // The cells next to those of `layer` inside the band that are not reached yet, each once.
 std::vector<int> next_layer(const Front& f, const std::vector<int>& layer) {
-  constexpr int kChunk = 1024;
-  const int count = static_cast<int>(layer.size());
-  std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
-#pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
-      const int n = layer[t];
-      if (f.marks[n] != Front::kReached) continue;
-      for (const std::ptrdiff_t stride : f.stride)
-        for (const std::ptrdiff_t step : {-stride, stride}) {
-          const int m = static_cast<int>(n + step);
-          if (f.marks[m] == Front::kUnreached && comes_from(f, m) == n) parts[part].push_back(m);
-        }
-    }
-  return concatenate(parts);
+  return collect_from(layer, [&](int n, std::vector<int>& out) {
+    if (f.marks[n] != Front::kReached) return;
+    for (const std::ptrdiff_t stride : f.stride)
+      for (const std::ptrdiff_t step : {-stride, stride}) {
+        const int m = static_cast<int>(n + step);
+        if (f.marks[m] == Front::kUnreached && comes_from(f, m) == n) out.push_back(m);
+      }
+  });
 }
 
 // Start of the cells that the front has just reached: their old distance, kept near to what the
@@ -343,7 +336,8 @@ double relax(Front& f, const std::vector<int>& layer, std::vector<double>& value
       Block old, value;
       upwind_distance<true>(f, Cells(f, layer, t), old, value);
       store(value, values.data() + t);
-      const Block rise = value - old, by = rise > 0.0 ? rise : -rise;
+      Block by;
+      magnitude(value - old, by);
       most = by > most ? by : most;
     }
     for (int l = 0; l < kBlock; ++l) change = std::max(change, most[l]);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "runtime/numerics/multigrid_level.h"
 #include "runtime/numerics/parallel.h"
@@ -289,8 +288,7 @@ void MultigridLevel::coarsen_plane(const MultigridLevel& fine, int K) {
       for (int I = begin; I < end; ++I)
         wx[at + I] = carries(cell[I - 1], cell[I]) ? scale(0) * sum[2 * (I - begin)] : 0.0f;
     };
-    int begin = 0, end = 0;
-    if (J < ny && K < nz) std::tie(begin, end) = fine.uniform_parents(J, K);
+    const auto [begin, end] = J < ny && K < nz ? fine.uniform_parents(J, K) : std::pair(0, 0);
     coarsen_range(0, begin);
     for (AlignedFloats* w : {&wx, &wy, &wz}) std::fill_n(w->begin() + at + begin, end - begin, c);
     coarsen_range(end, nx);

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "runtime/statistics.h"
+#include "runtime/fluid/level_set.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
@@ -202,7 +202,7 @@ SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
   }
   Simulation simulation(o, std::move(start), std::move(bodies), {});
   const double before =
-      water_volume(simulation.grid(), simulation.fluid().phi, simulation.coupling().solids());
+      water_volume(simulation.grid(), simulation.fluid().phi, &simulation.coupling().solids().cell);
   SteepWavesResult result;
   constexpr double kEnd = 2.0;
   while (simulation.time() < kEnd - 1e-9) {
