@@ -138,7 +138,8 @@ struct Simulation::Impl {
   double open_gap = 0.0;                  // .. and how far it stays open, m
   std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
   std::vector<Vec3> water_impulse, water_angular_impulse;
-  std::vector<ReducedBody> seen;  // as the last solve saw them (Scheme::kSingle)
+  std::vector<ReducedBody> half_way;  // as the water meets them in the position stage
+  std::vector<ReducedBody> seen;      // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
   double actuation_work = 0.0;  // J
   Profile profile;
@@ -173,6 +174,7 @@ struct Simulation::Impl {
   bool keep_bodies_whole(const std::vector<FreeMotion>& motions, double dt, std::vector<VecX>& y);
   bool close_joints(const std::vector<FreeMotion>& motions, const std::vector<char>& stopped,
                     double dt, std::vector<VecX>& y);
+  void guess_half_way(double dt);
   void predict_positions(double dt, std::vector<Configuration>& middle);
   void correct_positions(double dt, const std::vector<ReducedBody>& start);
   bool resolve_contact(double dt, StepReport& report);
@@ -288,6 +290,10 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], now[b], {}, may_reach_wall(b, dt), {}, {}, driven[b]});
+  if (water.present() && options.geometry == Geometry::kCutCell) {
+    guess_half_way(dt);
+    for (std::size_t b = 0; b < bodies.size(); ++b) stage[b].met = &half_way[b];
+  }
   std::vector<StageResult> results;
   const auto couple = [&] {
     report.position = coupling.couple(Stage::kPositionHalf, dt, {&water.fluid.phi}, stage,
@@ -327,6 +333,24 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kBodyReadBack * (before[v] - mid[v]);
   }
   return true;
+}
+
+// Where the velocities that bodies have take them in half a step: the water's velocity in the
+// middle of the step belongs to the walls as they stand then. (Against those of x^n a sphere that
+// rises by two radii at CFL 1 lost a quarter of the energy; with them, and displaced_push, a
+// thirtieth.) Modes by their implicit rule, but from balance: stiff ones hardly move, and nothing
+// that rests.
+void Simulation::Impl::guess_half_way(double dt) {
+  half_way = bodies;
+  for (ReducedBody& body : half_way) {
+    FreeMotion motion;
+    motion.terms = configuration_terms(body, current_configuration(body), options.modal.mass);
+    motion.H = generalised_mass(body, motion.terms, dt, Stage::kPositionHalf, options.modal.step);
+    VecX y = generalised_velocity(body, motion.terms);
+    if (body.r > 0) y.tail(body.r) = motion.H.M_hat_factor.solve(motion.terms.M_q * body.q_dot);
+    guard.shorten(body, 0.5 * dt, y);
+    advance_pose(body, motion, y, 0.5 * dt);
+  }
 }
 
 // Modes that would close elements which stand at their limit are held there; true if there are any.

@@ -103,6 +103,10 @@ void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
   }
 }
 
+void without_spin(const BodySurface& body, VecX& force) {
+  force.tail(body.body->r).noalias() -= body.terms.spin_of_modes.transpose() * force.segment<3>(3);
+}
+
 namespace {
 
 /// F of one body as its surface is swept: a column for each cell that was asked for.

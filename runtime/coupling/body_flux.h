@@ -70,6 +70,10 @@ class MemberTriangle {
   int row_[3];   // of the modes, in vertices
 };
 
+/// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
+/// x x in place of R phi_i.
+void without_spin(const BodySurface& body, VecX& force);
+
 /// Fractions that solids take of the grid: of each face's area and of each cell's volume, in [0,1].
 struct SolidFractions {
   FaceField<double> face;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/check.h"
+#include "runtime/coupling/displaced_push.h"
 #include "runtime/coupling/hydrostatic_force.h"
 #include "runtime/grid/state_fields.h"
 
@@ -86,7 +87,7 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   fluxes_.assign(bodies.size(), {});
   skinned_ = skinned_bodies(bodies.size(), skins_);
   for (const StageBody& b : bodies) {
-    surfaces_.push_back(body_surface(*b.body, options_.modal.mass));
+    surfaces_.push_back(body_surface(b.met ? *b.met : *b.body, options_.modal.mass));
     const std::size_t n = surfaces_.size() - 1;
     if (skinned_[n]) continue;
     cut_.push_back(cell_box(g, surfaces_[n].points));
@@ -97,7 +98,7 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   }
   skin_points_.resize(skins_.size());
   for (std::size_t s = 0; s < skins_.size(); ++s) {
-    const auto body_of = [&](int b) -> const ReducedBody& { return *bodies[b].body; };
+    const auto body_of = [&](int b) -> const ReducedBody& { return *surfaces_[b].body; };
     skin_points(skins_[s], body_of, skin_points_[s]);
     cut_.push_back(cell_box(g, skin_points_[s]));
     std::vector<BodyFlux> of_members =
@@ -132,6 +133,33 @@ std::vector<VecX> Coupling::hydrostatic_loads(const std::vector<StageBody>& bodi
     for (std::size_t m = 0; m < of_members.size(); ++m) loads[skins_[s].bodies[m]] = of_members[m];
   }
   return loads;
+}
+
+// Where the water meets bodies and skins in the position stage.
+void Coupling::remember_places() {
+  half_way_.clear();
+  for (const BodySurface& s : surfaces_) half_way_.push_back(s.points);
+  skins_half_way_ = skin_points_;
+}
+
+// What the bodies owe to the water that they displaced since the position stage.
+std::vector<VecX> Coupling::displaced_pushes(const FreeSurface& surface, double dt) const {
+  const Grid& g = options_.grid;
+  const double density = options_.hydrostatics.density;
+  std::vector<VecX> impulses(surfaces_.size());
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t b = 0; b < surfaces_.size(); ++b)
+    impulses[b] = skinned_[b] ? VecX::Zero(surfaces_[b].body->dofs())
+                              : displaced_push(g, wet_surface(surfaces_[b]), half_way_[b], surface,
+                                               density, dt)[0];
+  for (std::size_t s = 0; s < skins_.size(); ++s) {
+    const std::vector<VecX> of_members =
+        displaced_push(g, wet_surface(skins_[s], surfaces_, skin_points_[s]), skins_half_way_[s],
+                       surface, density, dt);
+    for (std::size_t m = 0; m < of_members.size(); ++m)
+      impulses[skins_[s].bodies[m]] = of_members[m];
+  }
+  return impulses;
 }
 
 // Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
@@ -282,9 +310,18 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   std::vector<CoupledBody> coupled(bodies.size());
   std::vector<VecX> free_velocity(bodies.size());
   const std::vector<VecX> hydro = hydrostatic_loads(bodies);
+  const bool displaces = wet() && options_.geometry == Geometry::kCutCell;
+  if (displaces && stage == Stage::kPositionHalf) remember_places();
+  std::vector<VecX> displaced;
+  if (displaces && stage == Stage::kVelocityFull && surface.push)
+    displaced = displaced_pushes(surface, dt);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     start_body(stage, dt, b, bodies[b], hydro[b], u, coupled[b], results[b]);
     free_velocity[b] = results[b].motion.y_star;
+    if (!displaced.empty()) {
+      coupled[b].y_star += coupled[b].inverse_mass * displaced[b];
+      results[b].water_impulse += displaced[b];
+    }
     if (bodies[b].reaction.size() > 0)
       coupled[b].y_star += coupled[b].inverse_mass * bodies[b].reaction;
   }

@@ -39,6 +39,7 @@ struct StageBody {
   StageContacts held;             // velocity stage: points that contact has found
   VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
   VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
+  const ReducedBody* met = nullptr;  // the body where the water meets it; null: where it is
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.
@@ -105,6 +106,8 @@ class Coupling {
   void open_box(const CellBox& box);
   void assemble(const FreeSurface& surface);
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
+  void remember_places();
+  std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
@@ -125,6 +128,8 @@ class Coupling {
   std::vector<CellBox> changed_;  // where open_ changed since the last assembly
   FaceField<unsigned char> valid_;
   std::vector<BodySurface> surfaces_;
+  // Points of each surface and skin where the water met them in the last position stage, m.
+  std::vector<std::vector<Vec3>> half_way_, skins_half_way_;
   std::vector<BodyFlux> fluxes_;   // cut cells
   DualFaces obstacle_faces_;       // cut cells
   std::vector<DualFaces> faces_;   // cut cells, of each body

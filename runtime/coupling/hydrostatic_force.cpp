@@ -154,12 +154,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
       }
     });
   }
-  // The modes without the spin they carry (B in place of phi).
-  for (std::size_t m = 0; m < forces.size(); ++m) {
-    const BodySurface& body = *s.members[m].body;
-    forces[m].tail(body.body->r).noalias() -=
-        body.terms.spin_of_modes.transpose() * forces[m].segment<3>(3);
-  }
+  for (std::size_t m = 0; m < forces.size(); ++m) without_spin(*s.members[m].body, forces[m]);
   return forces;
 }
 

@@ -21,16 +21,22 @@ MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, c
   return at.stop_closing(body.q, stage.terms.M_q, q_dot);
 }
 
+double InversionGuard::shorten(const ReducedBody& body, double dt, VecX& y) {
+  if (body.r == 0) return 1.0;
+  const VecX q = body.q + dt * y.tail(body.r);
+  const double share = limit(body).allowed_share(q);
+  if (share < 1.0) y.tail(body.r) = (share * q - body.q) / dt;
+  return share;
+}
+
 bool InversionGuard::stop(int b, const ReducedBody& body, const FreeMotion& stage, double dt,
                           VecX& y) {
-  if (body.r == 0) return false;
   const VecX q_dot = y.tail(body.r), q = body.q + dt * q_dot;
-  const double share = limit(body).allowed_share(q);
+  const double share = shorten(body, dt, y);
   if (share == 1.0) return false;
   // the force at the middle, M (q̇ − q̇ⁿ) / (dt/2), on the way from s q to q
   const VecX force = stage.terms.M_q * (q_dot - body.q_dot) / (0.5 * dt);
   held_[b] = {std::max(0.0, (1.0 - share) * force.dot(q)), q_dot};
-  y.tail(body.r) = (share * q - body.q) / dt;
   return true;
 }
 

@@ -22,6 +22,10 @@ class InversionGuard {
   /// modes that do not move.
   MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
 
+  /// Shortens the way of the modes with y (6 + r) to the largest share of q + dt q_dot that is
+  /// allowed, which is returned.
+  double shorten(const ReducedBody& body, double dt, VecX& y);
+
   /// Modal rates of y (6 + r) that lead no further than the limit: to s (q + dt q_dot) with the
   /// largest s <= 1 that is allowed. If s < 1 body b is held, and true is returned.
   bool stop(int b, const ReducedBody& body, const FreeMotion& stage, double dt, VecX& y);

@@ -1,0 +1,47 @@
+#include "runtime/coupling/displaced_push.h"
+
+#include <algorithm>
+
+#include "runtime/coupling/clip.h"
+
+namespace archetide {
+
+std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
+                                 const std::vector<Vec3>& before, const FreeSurface& water,
+                                 double density, double dt) {
+  std::vector<VecX> impulses;
+  for (const WetSurface::Member& m : s.members)
+    impulses.push_back(VecX::Zero(m.body->body->dofs()));
+  std::vector<MemberTriangle> shares(s.members.size());
+  std::vector<std::size_t> moving;  // members that move the triangle
+  const double scale = density * dt / water.push_seconds;
+  for (const Vec3i& t : *s.triangles) {
+    Vec3 x[3], way[3], middle[3];
+    bool moved = false;
+    for (int v = 0; v < 3; ++v) {
+      const Vec3 &now = (*s.points)[t[v]], &then = before[t[v]];
+      x[v] = (now - g.origin) / g.dx, way[v] = now - then, middle[v] = 0.5 * (now + then);
+      moved = moved || !way[v].isZero(0.0);
+    }
+    if (!moved) continue;
+    moving.clear();
+    for (std::size_t m = 0; m < shares.size(); ++m)
+      if (shares[m].start(s, s.members[m], t)) moving.push_back(m);
+    for_each_piece(g, x, [&](const Vec3i&, const ClipPolygon& piece) {
+      const Vec3 w = centroid_weights(piece);
+      const auto at_centroid = [&](const Vec3 corner[3]) {
+        return Vec3(w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2]);
+      };
+      const Vec3 place = at_centroid(middle);
+      const double wet = std::clamp(0.5 - interpolate(g, *water.phi, place) / g.dx, 0.0, 1.0);
+      if (wet == 0.0) return;
+      const double volume = g.dx * g.dx * at_centroid(way).dot(vector_area(piece));
+      const Vec3 load = (scale * wet * volume) * interpolate(g, *water.push, place);
+      for (const std::size_t m : moving) shares[m].add(w, load, impulses[m].data());
+    });
+  }
+  for (std::size_t m = 0; m < impulses.size(); ++m) without_spin(*s.members[m].body, impulses[m]);
+  return impulses;
+}
+
+}  // namespace archetide
