@@ -27,7 +27,8 @@ std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
     moving.clear();
     for (std::size_t m = 0; m < shares.size(); ++m)
       if (shares[m].start(s, s.members[m], t)) moving.push_back(m);
-    for_each_piece(g, x, [&](const Vec3i&, const ClipPolygon& piece) {
+    for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
+      if (!water.phi->contains(cell[0], cell[1], cell[2])) return;
       const Vec3 w = centroid_weights(piece);
       const auto at_centroid = [&](const Vec3 corner[3]) {
         return Vec3(w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2]);
