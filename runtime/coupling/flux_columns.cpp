@@ -9,8 +9,8 @@ namespace {
 typedef double Eight __attribute__((vector_size(64)));
 constexpr int kRows = 8;
 
-// The rows of a column in blocks; the last one goes on into the next column (which has six entries
-// or more, and so at least as many as are missing where there are nine rows or more).
+// The rows of a column in blocks. The last block may go on into the next column, which is long
+// enough: two numbers of columns of six rows, at most seven of columns of nine and more.
 template <int B>
 struct Rows {
   Eight block[B];
