@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/coupling/flux_columns.h"
-
 namespace archetide {
 
 // Added mass = this x extent in cells x Fhat Fhat^T (spheres and blobs of 6 to 60 cells in extent:
@@ -98,11 +96,17 @@ void CoupledOperator::setup_closed_regions() {
 }
 
 VecX CoupledOperator::gather(std::size_t b, const double* x) const {
-  return gather_columns(bodies_[b].flux, bodies_[b].cell, x);
+  const Body& body = bodies_[b];
+  VecX sum = VecX::Zero(body.flux.rows());
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
+  return sum;
 }
 
 void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  scatter_columns(bodies_[b].flux, bodies_[b].cell, v, y);
+  const Body& body = bodies_[b];
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
 }
 
 void CoupledOperator::respond(std::vector<VecX>& f) const {
