@@ -623,7 +623,9 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
     water.volume = r.water_volume;
-    water.volume_wanted -= dt * outflow_through_sides(options, water.grid(), water.fluid, coupling);
+    const double out = dt * outflow_through_sides(options, water.grid(), water.fluid, coupling);
+    water.volume_wanted -= out;
+    r.outflow_volume = water.outflow += out;
     r.volume_given_back = water.volume_given_back;
     r.spray_volume = spray_volume(water.fluid.spray);
     fastest = std::max(fastest, cfl_speed(water.fluid.u, &coupling.valid()));

@@ -60,6 +60,7 @@ struct StepReport {
   double water_volume = 0.0;       // m^3
   double volume_given_back = 0.0;  // by volume control since the start, m^3
   double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
+  double outflow_volume = 0.0;     // left through open sides of the tank since the start, m^3
   Vec3 water_momentum = Vec3::Zero();         // kg m/s
   Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
@@ -72,6 +73,9 @@ struct StepReport {
   double joint_drift = 0.0;                              // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
   std::vector<int> held_bodies;  // whose modes were stopped before an element turned inside out
+
+  /// Water in the tank, in the air and gone through its open sides, m^3: it should not drift.
+  double accounted_volume() const { return water_volume + spray_volume + outflow_volume; }
 };
 
 class Simulation {

@@ -28,6 +28,7 @@ class WaterStep {
   double volume_wanted = 0.0, volume = 0.0;  // m^3: at the start less what left through open sides;
                                              // last measured
   double volume_given_back = 0.0;            // m^3
+  double outflow = 0.0;                      // through open sides since the start, m^3
 
   bool present() const { return options_.has_water && options_.grid.cells() > 0; }
   /// The tank up to a ceiling above all water, where the fields are: air higher up costs nothing.
@@ -70,7 +71,7 @@ class WaterStep {
     Array3<double> phi;
     Particles particles;
     FaceField<unsigned char> valid;
-    double volume_given_back = 0.0, volume_wanted = 0.0;
+    double volume_given_back = 0.0, volume_wanted = 0.0, outflow = 0.0;
     Spray spray;
   };
   void remember(Memory& now) const;

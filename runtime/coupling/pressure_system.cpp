@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace archetide {
@@ -44,16 +45,40 @@ double slope_towards(const Grid& g, const Array3<double>& phi, const Vec3i& c, i
   return 0.0;
 }
 
-// Carrier component `axis` at x, filtered by 1/4, 1/2, 1/4 over a cell along the two axes across
-// `up`: nothing is left of waves of two cells.
+// Points around a place along one axis and their shares.
+struct Shares {
+  int count;
+  int point[4];
+  double of[4];
+};
+
+// Of the value at s (points from the first of n), clamped to them; `filtered` by 1/4, 1/2, 1/4 over
+// one point to both sides.
+Shares shares_at(double s, int n, bool filtered) {
+  const double low = std::floor(s), f = s - low;
+  Shares shares = filtered
+                      ? Shares{4, {}, {0.25 * (1.0 - f), 0.5 - 0.25 * f, 0.25 + 0.25 * f, 0.25 * f}}
+                      : Shares{2, {}, {1.0 - f, f}};
+  const int first = static_cast<int>(low) - (filtered ? 1 : 0);
+  for (int p = 0; p < shares.count; ++p) shares.point[p] = std::clamp(first + p, 0, n - 1);
+  return shares;
+}
+
+// Carrier component `axis` at x, filtered along the two axes across `up`: nothing is left of waves
+// of two cells.
 double without_chop(const Grid& g, const MacField& carrier, int axis, int up, const Vec3& x) {
-  const int b = (up + 1) % 3, c = (up + 2) % 3;
+  const Array3<double>& u = carrier[axis];
+  const int size[3] = {u.nx(), u.ny(), u.nz()};
+  Shares at[3];
+  for (int a = 0; a < 3; ++a)
+    at[a] = shares_at((x[a] - g.origin[a]) / g.dx - (a == axis ? 0.0 : 0.5), size[a], a != up);
   double sum = 0.0;
-  for (int p = -1; p <= 1; ++p)
-    for (int q = -1; q <= 1; ++q) {
-      Vec3 at = x;
-      at[b] += p * g.dx, at[c] += q * g.dx;
-      sum += (p ? 0.25 : 0.5) * (q ? 0.25 : 0.5) * interpolate_component(g, carrier, axis, at);
+  for (int k = 0; k < at[2].count; ++k)
+    for (int j = 0; j < at[1].count; ++j) {
+      const double* row = &u(0, at[1].point[j], at[2].point[k]);
+      double line = 0.0;
+      for (int i = 0; i < at[0].count; ++i) line += at[0].of[i] * row[at[0].point[i]];
+      sum += at[2].of[k] * at[1].of[j] * line;
     }
   return sum;
 }

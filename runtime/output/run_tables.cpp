@@ -54,6 +54,7 @@ void StatsTable::write_header(const Profile& profile) {
                                     "max_deformation",
                                     "volume_given_back",
                                     "spray_volume",
+                                    "outflow_volume",
                                     "contact_sweeps",
                                     "max_penetration",
                                     "mean_penetration",
@@ -91,7 +92,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.potential);
   csv_.cell(s.max_speed).cell(s.contacts);
   csv_.cell(s.joint_drift).cell(s.max_deformation);
-  csv_.cell(s.volume_given_back).cell(s.spray_volume);
+  csv_.cell(s.volume_given_back).cell(s.spray_volume).cell(s.outflow_volume);
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
   csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
   csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);

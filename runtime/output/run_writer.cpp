@@ -224,7 +224,7 @@ struct RunWriter::Impl {
   }
 
   double volume_drift() const {
-    return first_volume > 0.0 ? (last.water_volume + last.spray_volume) / first_volume - 1.0 : 0.0;
+    return first_volume > 0.0 ? last.accounted_volume() / first_volume - 1.0 : 0.0;
   }
 
   void show_frame(double t) {
@@ -274,7 +274,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   Impl& d = *impl_;
   d.stats.add(report, simulation.profile());
   d.last = report;
-  if (std::isnan(d.first_volume)) d.first_volume = report.water_volume + report.spray_volume;
+  if (std::isnan(d.first_volume)) d.first_volume = report.accounted_volume();
 
   d.tell_held(report, simulation);
   d.tell_incompatible(report, std::pow(simulation.options().grid.dx, 3));

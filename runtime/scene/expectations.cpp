@@ -42,7 +42,7 @@ double calm_level(const SimulationOptions& options, double water_volume,
 }
 
 double VolumeDrift::observe(const StepReport& report) {
-  const double volume = report.water_volume + report.spray_volume;
+  const double volume = report.accounted_volume();
   if (first_ < 0.0) first_ = volume;
   return first_ > 0.0 ? volume / first_ - 1.0 : 0.0;
 }

@@ -11,7 +11,7 @@ namespace {
 // ---- H3: large steps ---------------------------------------------------------------------------
 
 // A column of water breaks over five balls at this CFL number.
-void expect_dam_break(int cells, double end, double cfl, double volume_bound) {
+void expect_dam_break(int cells, double end, double cfl) {
   SimulationOptions o = unit_tank(cells);
   o.cfl = cfl;
   o.max_dt = 1.0 / 24.0;
@@ -25,8 +25,8 @@ void expect_dam_break(int cells, double end, double cfl, double volume_bound) {
                balls, {});
   double drift = 0.0, first = 0.0;
   run_to(s, end, 1.0, [&](const StepReport& r) {
-    if (first == 0.0) first = r.water_volume;
-    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    if (first == 0.0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
   });
   double outside = 0.0;  // of the tank's closed sides, m
   for (const ReducedBody& b : s.bodies())
@@ -35,17 +35,16 @@ void expect_dam_break(int cells, double end, double cfl, double volume_bound) {
       if (a < 2) outside = std::max(outside, b.position[a] - (1.0 - 0.08));
     }
   std::printf("CFL %g\n", cfl);
-  expect_at_most("volume drift", drift, volume_bound);
+  expect_at_most("volume drift", drift, cfl > 2.0 ? 0.05 : 0.01);
   expect_at_most("a ball behind a wall, cells", outside * cells, 0.5);
 }
 
 TEST(H03LargeSteps, DamBreakOverFiveBallsStaysInTheTank) {
-  expect_dam_break(24, 0.5, 2.0, 0.02);
-  expect_dam_break(24, 0.5, 10.0, 0.1);
+  expect_dam_break(24, 0.5, 2.0);
+  expect_dam_break(24, 0.5, 10.0);
 }
 TEST(SlowH03LargeSteps, DamBreakOverFiveBallsStaysInTheTank) {
-  for (const double cfl : {0.5, 1.0, 2.0, 5.0, 10.0})
-    expect_dam_break(48, 2.0, cfl, cfl > 2.0 ? 0.1 : 0.02);
+  for (const double cfl : {0.5, 1.0, 2.0, 5.0, 10.0}) expect_dam_break(48, 2.0, cfl);
 }
 
 // ---- H8: water inside bodies -------------------------------------------------------------------
@@ -132,8 +131,8 @@ TEST(H09TrappedAir, CupFillsAndNoWaterIsLost) {
   Simulation s(o, water_where(o.grid, phi), {}, cup);
   double drift = 0.0, first = 0.0;
   run_to(s, 2.0, 0.02, [&](const StepReport& r) {
-    if (first == 0.0) first = r.water_volume;
-    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    if (first == 0.0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
   });
   expect_at_most("volume drift of the water", drift, 0.005);
 }
@@ -239,9 +238,8 @@ TEST(H03LargeSteps, SprayOfADamBreakIsWaterThatComesBack) {
   double first = 0.0, drift = 0.0, most = 0.0;
   std::size_t drops = 0;
   run_to(s, 1.2, 0.02, [&](const StepReport& r) {
-    const double volume = r.water_volume + r.spray_volume;
-    if (first == 0.0) first = volume;
-    drift = std::max(drift, std::abs(volume / first - 1.0));
+    if (first == 0.0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
     most = std::max(most, r.spray_volume / first);
     drops = std::max(drops, s.fluid().spray.size());
   });
@@ -306,8 +304,8 @@ TEST(H13AbsentThings, TheCeilingFollowsTheWater) {
   int lowest = 64, highest_after = 0, least_room = 64;
   double first = 0.0, drift = 0.0;
   run_to(s, 1.5, 0.02, [&](const StepReport& r) {
-    if (first == 0.0) first = r.water_volume;
-    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    if (first == 0.0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
     const int wet = wet_layers(s);
     if (s.grid().nz < 64) least_room = std::min(least_room, s.grid().nz - wet);
     if (s.grid().nz < lowest) lowest = s.grid().nz, highest_after = 0;
@@ -349,11 +347,11 @@ std::vector<ReducedBody> four_balls(double density) {
 
 // Four balls that mirror each other and one in the middle fall into still water. (Icospheres are
 // their own mirror images, triangles and all.) Returns how far the bodies part by then, m.
-double mirror_asymmetry(double end) {
+double mirror_asymmetry(double middle_density, double end) {
   SimulationOptions o = unit_tank(24);
   o.tolerance = 1e-14;
   std::vector<ReducedBody> bodies = four_balls(500.0);
-  bodies.push_back(rigid_ball(0.12, 700.0, Vec3(0.5, 0.5, 0.6)));
+  bodies.push_back(rigid_ball(0.12, middle_density, Vec3(0.5, 0.5, 0.6)));
   Simulation s(o, water_to(o.grid, 0.4), bodies, {});
   double asymmetry = 0.0;
   run_to(s, end, 0.02, [&](const StepReport&) {
@@ -368,18 +366,17 @@ double mirror_asymmetry(double end) {
   return asymmetry;
 }
 
-// They touch the water at 0.09 s. Measured 7e-12 (dropped from up to 6 mm higher at most 4e-11):
-// what the solves leave, 1e-12 of the pressure. At 0.26 s the water closes over the ball in the
-// middle, which multiplies it by up to 60; where that ball floats (300 kg/m^3) it is 4e-11 at 0.3
-// s.
+// They touch the water at 0.09 s, and all float. Measured 3e-11 m: what the solves leave, 1e-12 of
+// the pressure. Water that closes over a ball multiplies it by 60 at once (one of 700 kg/m^3, at
+// 0.24 s).
 TEST(H29MirrorSymmetry, BallsFallAsTheirMirrorImages) {
-  expect_at_most("asymmetry of the bodies after 0.24 s, m", mirror_asymmetry(0.23), 1e-10);
+  expect_at_most("asymmetry of the bodies after 0.3 s, m", mirror_asymmetry(300.0, 0.29), 1e-10);
 }
 // A splash is chaotic: what round-off begins grows by two to four digits a second once the waves
 // break. Measured 3e-9 after 0.3 s, 7e-8 after 1 s, 5e-4 after 5 s.
 TEST(SlowH29MirrorSymmetry, AsymmetryGrowsSlowly) {
-  expect_at_most("asymmetry of the bodies after 1 s, m", mirror_asymmetry(1.0), 1e-6);
-  expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(5.0), 1e-2);
+  expect_at_most("asymmetry of the bodies after 1 s, m", mirror_asymmetry(700.0, 1.0), 1e-6);
+  expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(700.0, 5.0), 1e-2);
 }
 
 // The same from any number of threads: balls as contacts, particles and cut cells go; a soft block
@@ -462,8 +459,8 @@ void expect_ring_stays_still(int steps) {
   double first = 0.0, drift = 0.0, speed = 0.0;
   for (int n = 0; n < steps; ++n) {
     const StepReport r = s.step(0.01);
-    if (n == 0) first = r.water_volume;
-    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
+    if (n == 0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
     speed = std::max(speed, r.max_speed);
   }
   const ReducedBody& b = s.bodies()[0];
@@ -476,22 +473,25 @@ void expect_ring_stays_still(int steps) {
 TEST(H36ManySteps, RingAndWaterStayStill) { expect_ring_stays_still(100); }
 TEST(SlowH36ManySteps, RingAndWaterStayStillForTenThousandSteps) { expect_ring_stays_still(10000); }
 
-// Let go half a cell too low it bobs, and waves run through the tank for long. The aim is that they
-// gain nothing: after 10 s the largest kinetic energy is 0.8 to 2.0 times that of the first 10 s,
-// 1.1 J, for starts or sums that differ in their digits (738 J in 32 s before eddies were damped):
-// more than nothing, and twice as much is the edge.
-TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
+// Let go half a cell too low it bobs, and waves run through the tank for long, but they lose
+// energy: the largest kinetic energy after 10 s is 0.33 and 0.49 times that before, 1.1 J (steps of
+// 10 and 5 ms). When the damping of chop fell with the step they gained: up to 2 and 5.2 times.
+void expect_ring_stirs_nothing(double dt, double end) {
   Simulation s = floating_ring(0.47);
   double first = 0.0, drift = 0.0, early = 0.0, late = 0.0;
-  for (int n = 0; n < 4000; ++n) {
-    const StepReport r = s.step(0.01);
-    if (n == 0) first = r.water_volume;
-    drift = std::max(drift, std::abs(r.water_volume / first - 1.0));
-    double& most = n < 1000 ? early : late;
+  while (s.time() < end - 0.5 * dt) {
+    const StepReport r = s.step(dt);
+    if (first == 0.0) first = r.accounted_volume();
+    drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
+    double& most = s.time() < 10.0 ? early : late;
     most = std::max(most, r.water_kinetic + r.body_kinetic);
   }
-  expect_at_most("volume drift in 40 s", drift, 0.005);
-  expect_at_most("largest kinetic energy after 10 s against before", late / early, 2.0);
+  expect_at_most("volume drift", drift, 0.005);
+  expect_at_most("largest kinetic energy after 10 s against before", late / early, 1.0);
+}
+TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
+  expect_ring_stirs_nothing(0.01, 40.0);
+  expect_ring_stirs_nothing(0.005, 20.0);
 }
 
 // Eddies that the grid does not resolve, at a small step: without the dissipation of the upwind
