@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/coupling/flux_columns.h"
+
 namespace archetide {
 
 // Added mass = this x extent in cells x Fhat Fhat^T (spheres and blobs of 6 to 60 cells in extent:
@@ -96,17 +98,11 @@ void CoupledOperator::setup_closed_regions() {
 }
 
 VecX CoupledOperator::gather(std::size_t b, const double* x) const {
-  const Body& body = bodies_[b];
-  VecX sum = VecX::Zero(body.flux.rows());
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    sum.noalias() += x[body.cell[m]] * body.flux.col(static_cast<Eigen::Index>(m));
-  return sum;
+  return gather_columns(bodies_[b].flux, bodies_[b].cell, x);
 }
 
 void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  const Body& body = bodies_[b];
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    y[body.cell[m]] += body.flux.col(static_cast<Eigen::Index>(m)).dot(v);
+  scatter_columns(bodies_[b].flux, bodies_[b].cell, v, y);
 }
 
 void CoupledOperator::respond(std::vector<VecX>& f) const {

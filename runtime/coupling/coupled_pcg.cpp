@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "runtime/coupling/flux_columns.h"
+
 namespace archetide {
 namespace {
 
@@ -114,12 +116,8 @@ void CoupledPcg::respond(const float* z) {
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t b = 0; b < place_.size(); ++b) {
     const CoupledOperator::Body& body = op_->bodies()[b];
-    VecX& sum = momentum_[b];
-    sum.setZero(body.flux.rows());
-    for (std::size_t m = 0; m < place_[b].size(); ++m)
-      sum.noalias() +=
-          static_cast<double>(z[place_[b][m]]) * body.flux.col(static_cast<Eigen::Index>(m));
-    response_[b].noalias() = body.inverse_mass * sum;
+    momentum_[b] = gather_columns(body.flux, place_[b], z);
+    response_[b].noalias() = body.inverse_mass * momentum_[b];
   }
   if (op_->rows()) op_->rows()->constrain(response_);
 }

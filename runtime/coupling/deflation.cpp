@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/coupling/flux_columns.h"
 #include "runtime/numerics/fused_steps.h"
 #include "runtime/numerics/lanes.h"
 #include "runtime/numerics/multigrid.h"
@@ -74,14 +75,7 @@ class Deflation::Local {
     return cycle_.iterate();
   }
   // Fhat^T of the last response
-  VecX added_momentum() {
-    const float* z = cycle_.iterate();
-    VecX sum = VecX::Zero(body_.flux.rows());
-    for (std::size_t m = 0; m < place_.size(); ++m)
-      sum.noalias() +=
-          static_cast<double>(z[place_[m]]) * body_.flux.col(static_cast<Eigen::Index>(m));
-    return sum;
-  }
+  VecX added_momentum() { return gather_columns(body_.flux, place_, cycle_.iterate()); }
   std::size_t place(const Vec3i& cell) const {
     const Vec3i c = cell - low_;
     return cycle_.layout()(c[0], c[1], c[2]);
