@@ -144,10 +144,30 @@ int run_length(const Array3<double>& phi, const std::vector<int>& cells, int t, 
 
 }  // namespace
 
-void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
-                      const Sides& open_side) {
-  const std::vector<int> cells =
+namespace {
+
+// Cells of the band and those at most `farther` cells away from it, ascending.
+std::vector<int> cells_to_move(const Array3<double>& phi, double band, int farther) {
+  std::vector<int> cells =
       collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
+  if (farther <= 0) return cells;
+  Array3<unsigned char> mark(phi.nx(), phi.ny(), phi.nz(), 0);
+  for (const int n : cells) mark[n] = 1;
+  constexpr int kMost = 250;  // layers that a mark can tell apart; no step is as long
+  // of neighbours: along a diagonal a way is up to sqrt 3 of them
+  const int layers = std::min(2 * farther, kMost);
+  for (int layer = 1; layer <= layers && !cells.empty(); ++layer) {
+    cells = next_front(mark, cells, static_cast<unsigned char>(layer));
+    for (const int n : cells) mark[n] = static_cast<unsigned char>(layer + 1);
+  }
+  return collect_cells(mark, [&](int, int, int, int n) { return mark[n] != 0; });
+}
+
+}  // namespace
+
+void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
+                      const Sides& open_side, int farther) {
+  const std::vector<int> cells = cells_to_move(phi, band, farther);
   const BackTrace trace{g, u, phi, open_side, -dt / g.dx, MacSampler(g, u)};
   constexpr int kChunk = 1024;
   const int count = static_cast<int>(cells.size());

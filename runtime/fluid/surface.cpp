@@ -15,7 +15,7 @@ namespace {
 constexpr int kSolidLayers =
     12;  // cells into a body that the surface is continued; beyond the band's reach
 constexpr int kSheetLayers = 4;  // cells into a body that distances see the surface
-constexpr int kMargin = 3;       // cells that the interface must keep from the end of the band
+constexpr int kMargin = 3;       // cells that the interface must keep from the last ones that move
 
 // Distances of the surface and of its continuation into solids.
 void measure(const Grid& g, Array3<double>& phi, double band,
@@ -40,10 +40,8 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
   const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
-  const double moving_band = std::max(options.band_cells, crossed + kMargin) * g.dx;
-  if (moving_band > band) measure(g, state.phi, moving_band, solid_cells);
-
-  advect_level_set(g, state.u, dt, state.phi, moving_band, options.open_side);
+  const int farther = crossed + kMargin - options.band_cells;
+  advect_level_set(g, state.u, dt, state.phi, band, options.open_side, farther);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   measure(g, state.phi, band, solid_cells);
