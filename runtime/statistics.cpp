@@ -46,6 +46,31 @@ double outflow_through_sides(const SimulationOptions& o, const Grid& g, const Fl
   return sum * g.dx * g.dx;
 }
 
+namespace {
+
+// Wet share of a cell with phi / dx at its centre.
+double wet_share(double phi) { return std::min(std::max(0.5 - phi, 0.0), 1.0); }
+
+// direction . grad phi in the cells of row (j, k).
+void slopes_along(const Vec3& direction, const Grid& g, const Array3<double>& phi, int j, int k,
+                  double* slope) {
+  std::fill_n(slope, g.nx, 0.0);
+  for (int a = 0; a < 3; ++a) {
+    if (direction[a] == 0.0 || g.size(a) == 1) continue;
+    const int at[3] = {0, j, k};
+    for (int i = 0; i < g.nx; ++i) {
+      const int here = a == 0 ? i : at[a];
+      const int low = std::max(here - 1, 0), high = std::min(here + 1, g.size(a) - 1);
+      const auto value = [&](int n) {
+        return a == 0 ? phi(n, j, k) : a == 1 ? phi(i, n, k) : phi(i, j, n);
+      };
+      slope[i] += direction[a] * (value(high) - value(low)) / ((high - low) * g.dx);
+    }
+  }
+}
+
+}  // namespace
+
 void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                           const Coupling& coupling, StepReport& r) {
   r.water_volume = water_volume(g, fluid.phi, &coupling.solids().cell);
@@ -73,20 +98,33 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   r.water_momentum += coupling.carried_momentum();
   r.water_kinetic += coupling.carried_energy();
   std::vector<double> potential(g.nz, 0.0);
-#pragma omp parallel for schedule(static)
-  for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j) {
-      const double *phi = &fluid.phi(0, j, k), *solid = &coupling.solids().cell(0, j, k);
-      double fill = 0.0, moment = 0.0;  // of the row, about its first cell
-#pragma omp simd reduction(+ : fill, moment)
-      for (int i = 0; i < g.nx; ++i) {
-        const double cell =
-            std::min(std::max(0.5 - phi[i] / g.dx, 0.0), 1.0) * open_fraction(solid[i]);
-        fill += cell, moment += i * cell;
+#pragma omp parallel
+  {
+    std::vector<double> slope(g.nx);
+#pragma omp for schedule(static)
+    for (int k = 0; k < g.nz; ++k)
+      for (int j = 0; j < g.ny; ++j) {
+        const double *phi = &fluid.phi(0, j, k), *solid = &coupling.solids().cell(0, j, k);
+        double fill = 0.0, moment = 0.0;  // of the row, about its first cell
+        int partly = 0;                   // cells that the surface cuts
+#pragma omp simd reduction(+ : fill, moment, partly)
+        for (int i = 0; i < g.nx; ++i) {
+          const double wet = wet_share(phi[i] / g.dx), cell = wet * open_fraction(solid[i]);
+          fill += cell, moment += i * cell;
+          partly += (wet > 0.0) & (wet < 1.0);
+        }
+        double lower = 0.0;  // the wet parts' centres lie below those of the cells
+        if (partly) {
+          slopes_along(o.gravity, g, fluid.phi, j, k, slope.data());
+          for (int i = 0; i < g.nx; ++i) {
+            const double wet = wet_share(phi[i] / g.dx);
+            lower += 0.5 * wet * (1.0 - wet) * open_fraction(solid[i]) * slope[i];
+          }
+        }
+        potential[k] -= mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) +
+                                (moment * o.gravity[0] - lower) * g.dx);
       }
-      potential[k] -=
-          mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) + moment * g.dx * o.gravity[0]);
-    }
+  }
   for (double p : potential) r.potential += p;
 }
 
