@@ -103,6 +103,19 @@ void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
   }
 }
 
+void MovingTriangle::start(const Vec3i& triangle) {
+  moving_.clear();
+  for (std::size_t m = 0; m < members_.size(); ++m)
+    if (members_[m].start(surface_, surface_.members[m], triangle)) moving_.push_back(m);
+}
+
+std::vector<VecX> no_forces(const WetSurface& surface) {
+  std::vector<VecX> forces;
+  for (const WetSurface::Member& m : surface.members)
+    forces.push_back(VecX::Zero(m.body->body->dofs()));
+  return forces;
+}
+
 void without_spin(const BodySurface& body, VecX& force) {
   force.tail(body.body->r).noalias() -= body.terms.spin_of_modes.transpose() * force.segment<3>(3);
 }
@@ -156,22 +169,19 @@ std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const
   const std::vector<double> kappa = mean_curvature(points, *s.triangles);
   std::vector<FluxColumns> columns;
   for (const WetSurface::Member& m : s.members) columns.emplace_back(box, m.body->body->dofs());
-  std::vector<MemberTriangle> shares(s.members.size());
-  std::vector<std::size_t> moving;  // members that move the triangle
+  MovingTriangle triangle(s);
   for (const Vec3i& t : *s.triangles) {
     const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
                        to_grid(g, points[t[2]])};
     const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
-    moving.clear();
-    for (std::size_t m = 0; m < shares.size(); ++m)
-      if (shares[m].start(s, s.members[m], t)) moving.push_back(m);
+    triangle.start(t);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
       moments[box.index(cell)].add(area, at - cell[0] - 0.5, w.dot(bend));
       if ((cell.array() < 0).any() || cell[0] >= g.nx || cell[1] >= g.ny || cell[2] >= g.nz) return;
       const Vec3 a = area * (g.dx * g.dx);  // m^2
-      for (const std::size_t m : moving) shares[m].add(w, a, columns[m].column(cell));
+      triangle.add(w, a, [&](std::size_t m) { return columns[m].column(cell); });
     });
   }
   return columns;

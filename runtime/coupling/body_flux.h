@@ -70,6 +70,28 @@ class MemberTriangle {
   int row_[3];   // of the modes, in vertices
 };
 
+/// One triangle as all members of a surface that move it do.
+class MovingTriangle {
+ public:
+  /// `surface` must outlive it.
+  explicit MovingTriangle(const WetSurface& surface)
+      : surface_(surface), members_(surface.members.size()) {}
+  void start(const Vec3i& triangle);
+  /// MemberTriangle::add for every member m that moves it, to the force at f_of(m).
+  template <class ForceOf>
+  void add(const Vec3& corner, const Vec3& n, const ForceOf& f_of) const {
+    for (const std::size_t m : moving_) members_[m].add(corner, n, f_of(m));
+  }
+
+ private:
+  const WetSurface& surface_;
+  std::vector<MemberTriangle> members_;
+  std::vector<std::size_t> moving_;
+};
+
+/// A generalised force of nothing for every member.
+std::vector<VecX> no_forces(const WetSurface& surface);
+
 /// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
 /// x x in place of R phi_i.
 void without_spin(const BodySurface& body, VecX& force);

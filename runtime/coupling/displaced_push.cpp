@@ -9,11 +9,8 @@ namespace archetide {
 std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
                                  const std::vector<Vec3>& before, const FreeSurface& water,
                                  double density, double dt) {
-  std::vector<VecX> impulses;
-  for (const WetSurface::Member& m : s.members)
-    impulses.push_back(VecX::Zero(m.body->body->dofs()));
-  std::vector<MemberTriangle> shares(s.members.size());
-  std::vector<std::size_t> moving;  // members that move the triangle
+  std::vector<VecX> impulses = no_forces(s);
+  MovingTriangle triangle(s);
   const double scale = density * dt / water.push_seconds;
   for (const Vec3i& t : *s.triangles) {
     Vec3 x[3], way[3], middle[3];
@@ -24,9 +21,7 @@ std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
       moved = moved || !way[v].isZero(0.0);
     }
     if (!moved) continue;
-    moving.clear();
-    for (std::size_t m = 0; m < shares.size(); ++m)
-      if (shares[m].start(s, s.members[m], t)) moving.push_back(m);
+    triangle.start(t);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!water.phi->contains(cell[0], cell[1], cell[2])) return;
       const Vec3 w = centroid_weights(piece);
@@ -38,7 +33,7 @@ std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
       if (wet == 0.0) return;
       const double volume = g.dx * g.dx * at_centroid(way).dot(vector_area(piece));
       const Vec3 load = (scale * wet * volume) * interpolate(g, *water.push, place);
-      for (const std::size_t m : moving) shares[m].add(w, load, impulses[m].data());
+      triangle.add(w, load, [&](std::size_t m) { return impulses[m].data(); });
     });
   }
   for (std::size_t m = 0; m < impulses.size(); ++m) without_spin(*s.members[m].body, impulses[m]);

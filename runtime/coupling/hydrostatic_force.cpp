@@ -13,13 +13,12 @@ namespace {
 class TriangleForce {
  public:
   TriangleForce(const WetSurface& s, std::vector<VecX>& forces)
-      : s_(s), forces_(forces), shares_(s.members.size()), moves_(s.members.size()) {}
+      : s_(s), forces_(forces), triangle_(s) {}
 
   void start(const Vec3i& t) {
     for (int v = 0; v < 3; ++v) corner_[v] = (*s_.points)[t[v]];
     normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]).stableNormalized();
-    for (std::size_t m = 0; m < shares_.size(); ++m)
-      moves_[m] = shares_[m].start(s_, s_.members[m], t);
+    triangle_.start(t);
   }
   Vec3 at(const Vec3& bary) const {
     return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
@@ -33,15 +32,13 @@ class TriangleForce {
     const double h_sum = h[0] + h[1] + h[2];
     Vec3 mean_weight = Vec3::Zero();  // integral of h times the weights of the whole triangle
     for (int a = 0; a < 3; ++a) mean_weight += area / 12.0 * (h[a] + h_sum) * w[a];
-    for (std::size_t m = 0; m < shares_.size(); ++m)
-      if (moves_[m]) shares_[m].add(-mean_weight, normal_, forces_[m].data());
+    triangle_.add(-mean_weight, normal_, [&](std::size_t m) { return forces_[m].data(); });
   }
 
  private:
   const WetSurface& s_;
   std::vector<VecX>& forces_;
-  std::vector<MemberTriangle> shares_;
-  std::vector<char> moves_;
+  MovingTriangle triangle_;
   Vec3 corner_[3], normal_;
 };
 
@@ -98,8 +95,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
                             Loads loads) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
-  std::vector<VecX> forces;
-  for (const WetSurface::Member& m : s.members) forces.push_back(VecX::Zero(m.body->body->dofs()));
+  std::vector<VecX> forces = no_forces(s);
   TriangleForce triangle(s, forces);
   const Array3<CellKind>& kind = water.matrix.kind;
   const Vec3 rho_g = hydro.density * hydro.gravity;
