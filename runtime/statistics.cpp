@@ -51,22 +51,17 @@ namespace {
 // Wet share of a cell with phi / dx at its centre.
 double wet_share(double phi) { return std::min(std::max(0.5 - phi, 0.0), 1.0); }
 
-// direction . grad phi in the cells of row (j, k).
-void slopes_along(const Vec3& direction, const Grid& g, const Array3<double>& phi, int j, int k,
-                  double* slope) {
-  std::fill_n(slope, g.nx, 0.0);
+// Central differences of f at a cell, one-sided at the tank's sides, per cell.
+Vec3 differences(const Array3<double>& f, int i, int j, int k) {
+  const int at[3] = {i, j, k}, size[3] = {f.nx(), f.ny(), f.nz()};
+  Vec3 d = Vec3::Zero();
   for (int a = 0; a < 3; ++a) {
-    if (direction[a] == 0.0 || g.size(a) == 1) continue;
-    const int at[3] = {0, j, k};
-    for (int i = 0; i < g.nx; ++i) {
-      const int here = a == 0 ? i : at[a];
-      const int low = std::max(here - 1, 0), high = std::min(here + 1, g.size(a) - 1);
-      const auto value = [&](int n) {
-        return a == 0 ? phi(n, j, k) : a == 1 ? phi(i, n, k) : phi(i, j, n);
-      };
-      slope[i] += direction[a] * (value(high) - value(low)) / ((high - low) * g.dx);
-    }
+    if (size[a] == 1) continue;
+    int low[3] = {i, j, k}, high[3] = {i, j, k};
+    low[a] = std::max(at[a] - 1, 0), high[a] = std::min(at[a] + 1, size[a] - 1);
+    d[a] = (f(high[0], high[1], high[2]) - f(low[0], low[1], low[2])) / (high[a] - low[a]);
   }
+  return d;
 }
 
 }  // namespace
@@ -97,34 +92,35 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   }
   r.water_momentum += coupling.carried_momentum();
   r.water_kinetic += coupling.carried_energy();
+  const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> potential(g.nz, 0.0);
-#pragma omp parallel
-  {
-    std::vector<double> slope(g.nx);
-#pragma omp for schedule(static)
-    for (int k = 0; k < g.nz; ++k)
-      for (int j = 0; j < g.ny; ++j) {
-        const double *phi = &fluid.phi(0, j, k), *solid = &coupling.solids().cell(0, j, k);
-        double fill = 0.0, moment = 0.0;  // of the row, about its first cell
-        int partly = 0;                   // cells that the surface cuts
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j) {
+      const double *phi = &fluid.phi(0, j, k), *solid = &solids(0, j, k);
+      double fill = 0.0, moment = 0.0;  // of the row, about its first cell
+      int partly = 0;                   // cells that the surface or a solid cuts
 #pragma omp simd reduction(+ : fill, moment, partly)
-        for (int i = 0; i < g.nx; ++i) {
-          const double wet = wet_share(phi[i] / g.dx), cell = wet * open_fraction(solid[i]);
-          fill += cell, moment += i * cell;
-          partly += (wet > 0.0) & (wet < 1.0);
-        }
-        double lower = 0.0;  // the wet parts' centres lie below those of the cells
-        if (partly) {
-          slopes_along(o.gravity, g, fluid.phi, j, k, slope.data());
-          for (int i = 0; i < g.nx; ++i) {
-            const double wet = wet_share(phi[i] / g.dx);
-            lower += 0.5 * wet * (1.0 - wet) * open_fraction(solid[i]) * slope[i];
-          }
-        }
-        potential[k] -= mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) +
-                                (moment * o.gravity[0] - lower) * g.dx);
+      for (int i = 0; i < g.nx; ++i) {
+        const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]),
+                     cell = wet * open;
+        fill += cell, moment += i * cell;
+        partly += ((wet > 0.0) & (wet < 1.0)) | ((open > 0.0) & (open < 1.0));
       }
-  }
+      // Their water weighs at its own centre: half of what is cut off away from the cell's.
+      double off = 0.0;
+      for (int i = 0; partly && i < g.nx; ++i) {
+        const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]);
+        if (wet * (1.0 - wet) > 0.0)
+          off -= 0.5 * wet * (1.0 - wet) * open * o.gravity.dot(differences(fluid.phi, i, j, k)) /
+                 g.dx;
+        if (wet * open * (1.0 - open) > 0.0)
+          off -= 0.5 * wet * open * (1.0 - open) *
+                 o.gravity.dot(differences(solids, i, j, k).stableNormalized());
+      }
+      potential[k] -= mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) +
+                              (moment * o.gravity[0] + off) * g.dx);
+    }
   for (double p : potential) r.potential += p;
 }
 
