@@ -692,7 +692,10 @@ double Simulation::stable_dt() const {
   for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
     limit(largest_surface_speed(impl_->bodies[b]),
           water ? impl_->free_way(b, top) : o.cfl * o.grid.dx);
-  if (water) limit(cfl_speed(impl_->water.fluid.u, &impl_->water.valid()), o.cfl * o.grid.dx);
+  constexpr double kFarthest = 8.0;  // times cfl
+  if (water)
+    limit(speed_of_most(impl_->water.fluid.u, impl_->water.valid(), o.outrun, kFarthest),
+          o.cfl * o.grid.dx);
   // Waves of one cell, k = pi / dx: omega dt = sqrt(pi) < 2, the limit of the explicit surface.
   if (impl_->water.present() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));
   return dt;

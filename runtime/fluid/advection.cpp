@@ -461,4 +461,43 @@ double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask) {
   return fastest;
 }
 
+double speed_of_most(const MacField& u, const FaceField<unsigned char>& valid, double share,
+                     double factor) {
+  constexpr int kBins = 64;
+  const double fastest = cfl_speed(u, &valid), least = fastest / factor;
+  if (share == 0.0 || fastest == 0.0) return fastest;
+  const double width = (fastest - least) / kBins;
+  std::array<std::int64_t, kBins> faster{};  // faces by speed, from `least` on
+  std::int64_t wet = 0;
+#pragma omp parallel
+  {
+    std::array<std::int64_t, kBins> mine{};
+    std::int64_t seen = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double* f = u[a].data();
+      const unsigned char* v = valid[a].data();
+#pragma omp for schedule(static)
+      for (std::size_t n = 0; n < u[a].size(); ++n) {
+        if (v[n] != 1) continue;
+        ++seen;
+        const double above = std::abs(f[n]) - least;
+        if (above > 0.0) ++mine[std::min(static_cast<int>(above / width), kBins - 1)];
+      }
+    }
+#pragma omp critical
+    {
+      wet += seen;
+      for (int b = 0; b < kBins; ++b) faster[b] += mine[b];
+    }
+  }
+  const auto spared = static_cast<std::int64_t>(share * static_cast<double>(wet));
+  if (spared == 0) return fastest;
+  int bin = kBins;
+  for (std::int64_t count = 0; bin > 0; --bin) {
+    count += faster[bin - 1];
+    if (count > spared) break;
+  }
+  return least + bin * width;
+}
+
 }  // namespace archetide

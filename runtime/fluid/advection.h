@@ -18,4 +18,9 @@ void advect_velocity(const Grid& g, const MacField& transporting, const MacField
 /// dt/dx it is the number of cells that a step may cross.
 double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask = nullptr);
 
+/// The same, of faces with valid != 0, but at most `share` of those with valid == 1 may be faster,
+/// by at most `factor` > 1. Between cfl_speed / factor and cfl_speed in 64 steps, m/s.
+double speed_of_most(const MacField& u, const FaceField<unsigned char>& valid, double share,
+                     double factor);
+
 }  // namespace archetide

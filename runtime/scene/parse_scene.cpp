@@ -334,6 +334,7 @@ void demand_one_skin_each(const SceneSpec& scene, Complaints& bad) {
 void parse_method(const Section& root, SceneSpec& scene) {
   const Section step = root.section("step"), coupling = root.section("coupling");
   scene.cfl = step.number("cfl");
+  scene.outrun = step.number("outrun");
   scene.max_dt = step.number("max");
   scene.scheme = step.string("scheme") == "single" ? Scheme::kSingle : Scheme::kNewmark;
   scene.geometry = coupling.string("geometry") == "voxel" ? Geometry::kVoxel : Geometry::kCutCell;

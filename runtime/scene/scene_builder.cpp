@@ -160,6 +160,7 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
   options.modal = scene.modal;
   options.scheme = scene.scheme;
   options.cfl = scene.cfl;
+  options.outrun = scene.outrun;
   options.max_dt = scene.max_dt;
   options.on_fail = scene.on_fail;
   return options;

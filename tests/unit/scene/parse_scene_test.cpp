@@ -26,7 +26,7 @@ std::string complaint(const std::string& body, const std::vector<std::string>& o
 const char* const kEverything = R"(
 name = "all"
 gravity = [0, 1, -5]
-step = { cfl = 0.5, max = 0.01, scheme = "single" }
+step = { cfl = 0.5, outrun = 0.001, max = 0.01, scheme = "single" }
 [fluid]
 grid = [4, 8, 16]
 cell = "1/8"
@@ -151,6 +151,7 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.end_time, 2.5);
   EXPECT_EQ(s.gravity, Vec3(0, 1, -5));
   EXPECT_EQ(s.cfl, 0.5);
+  EXPECT_EQ(s.outrun, 0.001);
   EXPECT_EQ(s.max_dt, 0.01);
   EXPECT_EQ(s.scheme, Scheme::kSingle);
   EXPECT_EQ(s.geometry, Geometry::kVoxel);
@@ -307,6 +308,7 @@ TEST(ParseScene, DefaultsOfTheSchemaAreThoseOfTheOptions) {
   const SceneSpec s = parse("");
   const SimulationOptions o;
   EXPECT_EQ(s.cfl, o.cfl);
+  EXPECT_EQ(s.outrun, o.outrun);
   EXPECT_EQ(s.max_dt, o.max_dt);
   EXPECT_EQ(s.scheme, o.scheme);
   EXPECT_EQ(s.geometry, o.geometry);
