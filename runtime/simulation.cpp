@@ -312,7 +312,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
     between->memory.position = ahead.forces;
     report.contact_sweeps += ahead.sweeps;
   }
-  if (water.present()) water.after_position_solve(coupling);
+  if (water.present()) water.after_position_solve(dt, coupling);
   std::vector<VecX> y;
   std::vector<FreeMotion> motions;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -581,7 +581,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
   }
   if (water.present()) {
-    water.after_velocity_solve(coupling);
+    water.after_velocity_solve(dt, coupling);
     report.divergence = coupling.last_divergence();
   }
   return true;
@@ -692,9 +692,9 @@ double Simulation::stable_dt() const {
   for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
     limit(largest_surface_speed(impl_->bodies[b]),
           water ? impl_->free_way(b, top) : o.cfl * o.grid.dx);
-  constexpr double kFarthest = 8.0;  // times cfl
+  constexpr double kRange = 8.0;  // more than water that was slowed down in a like step can want
   if (water)
-    limit(speed_of_most(impl_->water.fluid.u, impl_->water.valid(), o.outrun, kFarthest),
+    limit(speed_of_most(impl_->water.fluid.u, impl_->water.valid(), o.outrun, kRange),
           o.cfl * o.grid.dx);
   // Waves of one cell, k = pi / dx: omega dt = sqrt(pi) < 2, the limit of the explicit surface.
   if (impl_->water.present() && g > 0.0) dt = std::min(dt, std::sqrt(o.grid.dx / g));

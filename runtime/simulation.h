@@ -40,9 +40,9 @@ struct SimulationOptions {
   // Cells that the fastest water or body may cross in a step, 0.1 .. 10; a body that falls through
   // air as far as there is nothing to meet.
   double cfl = 1.0;
-  // Share of the water that may go farther, to at most 8 times that: where water closes over
-  // something a few faces do, for a step or two, and would make the steps of all.
-  double outrun = 1e-4;
+  // Share of the water that may go farther, up to 3 times that and 10 cells, and is slowed down to
+  // it: where water closes over something a few faces make small steps for all.
+  double outrun = 0.0;
   double max_dt = 1.0 / 24.0;  // s
   OnFail on_fail = OnFail::kHalveStep;
 

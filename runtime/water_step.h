@@ -50,7 +50,7 @@ class WaterStep {
   void advect_to_half(double dt);
   /// The position solve is to be made again: its velocity before it.
   void restore_half() { u_half = push_; }
-  void after_position_solve(const Coupling& coupling);
+  void after_position_solve(double dt, const Coupling& coupling);
   void start_single() { u_half = fluid.u; }
 
   /// The level set and the particles over the whole step, and the volume that they lost.
@@ -58,7 +58,7 @@ class WaterStep {
   void advect_to_end(double dt);
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
-  void after_velocity_solve(const Coupling& coupling);
+  void after_velocity_solve(double dt, const Coupling& coupling);
 
   /// Markers follow the velocity that carries the surface.
   void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
@@ -86,6 +86,7 @@ class WaterStep {
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(const std::vector<MacField*>& fields);
   void damp_water(double dt, MacField& u) const;
+  void slow_down(double dt, MacField& u) const;
   void move_spray(double dt);
   double volume_shift(const Coupling& coupling);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);

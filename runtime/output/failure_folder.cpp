@@ -57,7 +57,7 @@ void write_geometry(const std::string& folder, const SimulationFailure& failure,
   if (!bodies.empty()) write_vtp(folder + "body.vtp", bodies_surface(bodies), failure.time);
   const SimulationOptions& o = simulation.options();
   if (o.has_water && o.grid.cells() > 0)
-    write_ply(folder + "surface.ply", water_surface(o.grid, simulation.fluid().phi));
+    write_ply(folder + "surface.ply", water_surface(simulation.grid(), simulation.fluid().phi));
 }
 
 }  // namespace

@@ -165,7 +165,7 @@ struct SceneSpec {
   Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
 
   double cfl = 1.0;            // cells a step
-  double outrun = 1e-4;        // share of the water that may go farther
+  double outrun = 0.0;         // share of the water that may go farther
   double max_dt = 1.0 / 24.0;  // s
   Scheme scheme = Scheme::kNewmark;
   Geometry geometry = Geometry::kCutCell;

@@ -265,7 +265,6 @@ DropResult elliptic_drop(int n, double cfl, int particles) {
   o.particles_per_cell = particles;
   o.volume_control = false;
   o.cfl = cfl;
-  o.outrun = 0.0;  // the tip is the fastest
   FluidState start =
       water_where(o.grid, [](const Vec3& x) { return std::hypot(x[0], x[1]) - 1.0; });
   set_velocity(
@@ -297,7 +296,6 @@ DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
   o.particles_per_cell = particles;
   o.volume_control = false;
   o.cfl = cfl;
-  o.outrun = 0.0;  // the tip is the fastest
   FluidState start = water_where(o.grid, [](const Vec3& x) { return x.norm() - 1.0; });
   set_velocity(
       o.grid,

@@ -170,5 +170,26 @@ TEST(CflSpeed, IsTheFastestMarkedFace) {
   EXPECT_EQ(cfl_speed(u, &mask), 3.0);
 }
 
+TEST(SpeedOfMost, LeavesOutTheFastestFewUpToAFactor) {
+  const Grid g = unit_grid(10, 10, 10, 1.0);  // 3300 faces
+  MacField u(g, 0.5);
+  u[0](3, 3, 3) = 9.0;  // continued into the air
+  u[1](2, 3, 1) = -8.0;
+  u[1](2, 5, 1) = 7.0;
+  u[2](1, 1, 4) = 3.0;
+  FaceField<unsigned char> valid(g, 1);
+  valid[0](3, 3, 3) = 2;
+  const auto of_most = [&](double spared, double factor) {
+    return speed_of_most(u, valid, (spared + 0.5) / 3299.0, factor);
+  };
+  EXPECT_EQ(of_most(-0.5, 8.0), 9.0);             // share 0
+  EXPECT_EQ(of_most(0.0, 8.0), 9.0);              // less than a face
+  EXPECT_NEAR(of_most(1.0, 8.0), 7.0, 8.0 / 64);  // in steps of (9 - 9 / 8) / 64
+  EXPECT_NEAR(of_most(2.0, 8.0), 3.0, 8.0 / 64);
+  EXPECT_EQ(of_most(3.0, 8.0), 9.0 / 8.0);  // 0.5 is slower than that
+  EXPECT_EQ(of_most(3.0, 2.0), 4.5);
+  test::with_threads(2, [&] { EXPECT_EQ(of_most(1.0, 8.0), of_most(1.0, 8.0)); });
+}
+
 }  // namespace
 }  // namespace archetide
