@@ -103,9 +103,12 @@ archetide_set = $(foreach word,$(call archetide_words,$(1)), --set '$(word)')
 archetide_threads = $(or $(THREADS),$(shell n=$(or $(patsubst -j%,%,$(filter -j%,$(MAKEFLAGS))),1); \
   c=$$(nproc); echo $$(( n < c ? c / n : 1 ))))
 
+# Asks for large pages where the system gives them on request: fields are read along three axes. No result changes.
+ARCHETIDE_LARGE_PAGES = GLIBC_TUNABLES=$${GLIBC_TUNABLES:-glibc.malloc.hugetlb=1}
+
 $(ARCHETIDE_DONE): $(OUT)/runs/%/done.stamp: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D) $(ARCHETIDE_STATE)
-	$(ARCHETIDE_SIM) run $< -o $(@D) --resume auto --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
+	$(ARCHETIDE_LARGE_PAGES) $(ARCHETIDE_SIM) run $< -o $(@D) --resume auto --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
 	@echo '$(strip $(call archetide_words,$*))' >$(ARCHETIDE_STATE)/$*.sets
 
 # A run that was made with other key=value words than those given now is stale (none given: any will do).

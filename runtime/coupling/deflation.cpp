@@ -6,46 +6,25 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/coupling/flux_columns.h"
+#include "runtime/numerics/aligned.h"
+#include "runtime/numerics/box_cycle.h"
 #include "runtime/numerics/fused_steps.h"
 #include "runtime/numerics/lanes.h"
-#include "runtime/numerics/multigrid.h"
 
 namespace archetide {
 namespace {
 
 // Directions whose added mass is below this part of the body's own cost no iterations worth saving.
-// (16 bodies at 0.3 in 64^3 and 128^3: 9 and 12 iterations with 0.5, 9 and 11 with 0.3 in the same
-// time.)
-constexpr double kKept = 0.3;
+// (16 bodies in 128^3, density ratio 1 and 0.3: 11 and 12 iterations with 0.3 and with 0.6, which
+// takes less memory.)
+constexpr double kKept = 0.6;
 // A patch reaches beyond the body by this part of its extent, and at least so many cells. (16
-// bodies at 0.3 in 128^3: 11 iterations with 0.2, 10 with 0.3 for 20 % more seconds.)
-constexpr double kMargin = 0.2;
+// bodies at 0.3 in 128^3: 13 iterations with 0.15, 12 with 0.2, 10 with 0.3 in the same time; in
+// 192^3 0.2 takes a tenth longer.)
+constexpr double kMargin = 0.15;
 constexpr int kLeastMargin = 3;
 // Columns beyond this are not worth their dense E.
 constexpr int kMostColumns = 4000;
-
-// The cells of `a` in a box as a matrix of their own; p = 0 on the cells around it.
-void crop(const PoissonMatrix& a, const Vec3i& low, const Vec3i& size, PoissonMatrix& out) {
-  out.nx = size[0], out.ny = size[1], out.nz = size[2];
-  out.open_side.fill(true);  // closed sides of the tank have w = 0
-  out.kind.resize(size[0], size[1], size[2]);
-  out.diag.resize(size[0], size[1], size[2]);
-  for (int k = 0; k < size[2]; ++k)
-    for (int j = 0; j < size[1]; ++j) {
-      const std::size_t from = a.kind.index(low[0], low[1] + j, low[2] + k);
-      const std::size_t to = out.kind.index(0, j, k);
-      std::copy_n(a.kind.data() + from, size[0], out.kind.data() + to);
-      std::copy_n(a.diag.data() + from, size[0], out.diag.data() + to);
-    }
-  for (int d = 0; d < 3; ++d) {
-    const Vec3i n = size + Vec3i::Unit(d);
-    out.w[d].resize(n[0], n[1], n[2]);
-    for (int k = 0; k < n[2]; ++k)
-      for (int j = 0; j < n[1]; ++j)
-        std::copy_n(&a.w[d](low[0], low[1] + j, low[2] + k), n[0], &out.w[d](0, j, k));
-  }
-}
 
 // S with S S^T = H^-1 (semi-definite in contact).
 MatX root(const MatX& inverse_mass) {
@@ -55,39 +34,10 @@ MatX root(const MatX& inverse_mass) {
 
 }  // namespace
 
-// The V-cycle of a box around a body.
-class Deflation::Local {
- public:
-  Local(const CoupledOperator& op, const Patch& p) : body_(op.bodies()[p.body]), low_(p.low) {
-    crop(op.water().matrix(), p.low, p.size, matrix_);
-    water_.setup(matrix_);
-    cycle_.setup(water_);
-    std::fill_n(cycle_.rhs(), cycle_.layout().size, 0.0f);
-    for (std::int64_t n : body_.cell) place_.push_back(place(op.water().matrix().cell(n)));
-  }
-
-  // V Fhat s, at place(cell)
-  const float* respond(const VecX& s) {
-    for (std::size_t m = 0; m < place_.size(); ++m)
-      cycle_.rhs()[place_[m]] =
-          static_cast<float>(body_.flux.col(static_cast<Eigen::Index>(m)).dot(s));
-    cycle_.cycle();
-    return cycle_.iterate();
-  }
-  // Fhat^T of the last response
-  VecX added_momentum() { return gather_columns(body_.flux, place_, cycle_.iterate()); }
-  std::size_t place(const Vec3i& cell) const {
-    const Vec3i c = cell - low_;
-    return cycle_.layout()(c[0], c[1], c[2]);
-  }
-
- private:
-  const CoupledOperator::Body& body_;
-  Vec3i low_;
-  PoissonMatrix matrix_;
-  PoissonOperator water_;
-  Multigrid cycle_;
-  std::vector<std::size_t> place_;  // of the body's flux cells
+// What a thread needs to fill patches.
+struct Deflation::Local {
+  BoxCycle cycle;
+  AlignedFloats responses;  // V Fhat S: kLanes columns after kLanes columns, a block a cell
 };
 
 Deflation::Patch Deflation::box_of(const CoupledOperator& op, std::size_t b) {
@@ -133,26 +83,27 @@ Deflation::Light Deflation::light_directions(const CoupledOperator& op, const Pa
   return {S * eigen.eigenvectors().rightCols(kept), ratio.maxCoeff()};
 }
 
-// Both in iterations without deflation, fitted to 64^3 and 128^3 with 1 to 48 bodies, r = 0 and 9,
-// density ratio 1e-3 to 1 (saved: 81, 75, 20, 7, 7, 11, 9 measured, 67, 72, 20, 8, 8, 12, 13 here;
-// cost of 48 bodies at 0.05, 16 at 0.3 and at 1: 19, 15, 11 measured, 16, 15, 11 here). At 64^3 and
-// 96^3 16 bodies at 0.5 take the same time either way.
+// Both in iterations without deflation, fitted to 64^3, 128^3 and 192^3 with 1 to 48 bodies, r = 0
+// and 9, density ratio 1e-3 to 1. In 192^3 16 bodies at 1, 0.5 and 0.3, 48 at 0.05, 4 at 0.1 and 16
+// rigid ones at 0.3 saved 8, 14, 23, 86, 31, 4 (here 8, 15, 22, 73, 43, 5) and cost 9, 14, 13, 12,
+// 11, 5 (9, 12, 14, 11, 9, 5); on small grids the cost is overestimated.
 Deflation::Expectation Deflation::expect(std::size_t unknowns, const std::vector<Patch>& patches,
                                          const std::vector<Light>& light) {
   Expectation e;
   double largest = 0.0, directions = 0.0;
+  e.cost = 2.0;
   for (std::size_t n = 0; n < patches.size(); ++n) {
     const auto kept = static_cast<double>(light[n].S.cols());
     const double share = static_cast<double>(patches[n].cells) / static_cast<double>(unknowns);
     largest = std::max(largest, light[n].ratio);
     directions += kept;
-    e.cost += (1.8 * kept + (kept > 0.0 ? 24.0 : 0.0)) * share;  // a cycle each; every iteration
+    e.cost += (1.4 * kept + (kept > 0.0 ? 12.0 : 0.0)) * share;  // every iteration; cycles, E
   }
   e.saved = std::min(16.0 * (std::sqrt(1.0 + largest) - 1.0), 2.5 * directions);
   return e;
 }
 
-void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
+void Deflation::setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice) {
   patches_.clear();
   columns_ = 0;
   if (choice == DeflationChoice::kNever) return;
@@ -167,14 +118,19 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
     directions += static_cast<double>(light.back().S.cols());
   }
   const Expectation e = expect(op.water().unknowns(), patches_, light);
-  // Where much is saved, a tie goes to fewer iterations (on small grids the cost is overestimated).
-  const double worth = e.saved > 10.0 ? 0.4 : 1.5;
+  // A tie goes to fewer iterations.
+  const double worth = e.saved > 10.0 ? 0.6 : 0.85;
   const bool pays = choice == DeflationChoice::kAlways || e.saved > worth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
   // Few patches: one after the other, threads share the cycles of each.
   const bool many = static_cast<int>(patches_.size()) >= omp_get_max_threads();
-#pragma omp parallel for schedule(dynamic) if (many)
-  for (std::size_t n = 0; n < patches_.size(); ++n) fill(op, light[n].S, patches_[n]);
+#pragma omp parallel if (many)
+  {
+    Local local;
+#pragma omp for schedule(dynamic)
+    for (std::size_t n = 0; n < patches_.size(); ++n)
+      fill(op, water, light[n].S, local, patches_[n]);
+  }
   std::erase_if(patches_, [](const Patch& p) { return p.columns == 0; });
   for (Patch& p : patches_) p.first = columns_, columns_ += p.columns;
   if (columns_ > 0) assemble(op);
@@ -182,47 +138,128 @@ void Deflation::setup(const CoupledOperator& op, DeflationChoice choice) {
 
 // Y of one body: V F S Q, with Q the eigenvectors of S^T F^T V F S whose eigenvalues (added mass /
 // body mass) count.
-void Deflation::fill(const CoupledOperator& op, const MatX& S, Patch& p) {
-  const auto dofs = S.cols();
+void Deflation::fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
+                     Patch& p) {
+  const Eigen::Index dofs = S.cols(), chunks = (dofs + kLanes - 1) / kLanes;
   if (dofs == 0) return;
-  Local local(op, p);
-  std::vector<std::vector<float>> Z(dofs, std::vector<float>(p.cells + kLanes));
+  local.cycle.setup(water, p.low.data(), p.size.data());
+  const CoupledOperator::Body& body = op.bodies()[p.body];
+  const MatX pushed = body.flux.transpose() * S;  // flux cells x directions
+  const auto place = [&](const Vec3i& c) { return local.cycle.place(c[0], c[1], c[2]); };
+  std::vector<std::size_t> places;
+  for (const std::int64_t n : body.cell) places.push_back(place(op.water().matrix().cell(n)));
+  AlignedFloats& z = local.responses;  // chunk by chunk: a block a cell
+  z.resize(chunks * p.cells * kLanes);
   MatX K(dofs, dofs);
-  for (Eigen::Index c = 0; c < dofs; ++c) {
-    const float* z = local.respond(S.col(c));
-    K.col(c) = S.transpose() * local.added_momentum();
+  for (Eigen::Index chunk = 0; chunk < chunks; ++chunk) {
+    const Eigen::Index first = chunk * kLanes, count = std::min<Eigen::Index>(kLanes, dofs - first);
+    for (std::size_t m = 0; m < places.size(); ++m)
+      for (Eigen::Index c = 0; c < kLanes; ++c)
+        local.cycle.rhs()[places[m] + c] =
+            c < count ? static_cast<float>(pushed(static_cast<Eigen::Index>(m), first + c)) : 0.0f;
+    local.cycle.cycle();
+    const float* response = local.cycle.iterate();
+    MatX pushing(places.size(), count);  // the response at the flux cells
+    for (std::size_t m = 0; m < places.size(); ++m)
+      for (Eigen::Index c = 0; c < count; ++c)
+        pushing(static_cast<Eigen::Index>(m), c) = response[places[m] + c];
+    K.middleCols(first, count).noalias() = pushed.transpose() * pushing;
     for (const Run& run : p.runs)
-      std::copy_n(z + local.place(Vec3i(run.i, run.j, run.k)), run.length, Z[c].data() + run.at);
+      std::copy_n(response + place(Vec3i(run.i, run.j, run.k)), run.length * kLanes,
+                  z.data() + (chunk * p.cells + run.at) * kLanes);
   }
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (K + K.transpose()));
   p.columns = static_cast<int>((eigen.eigenvalues().array() > kKept).count());
   p.y.resize(p.cells * p.columns + kLanes);  // blocks go beyond
   MatX Q = eigen.eigenvectors().rightCols(p.columns);
   Q *= eigen.eigenvalues().tail(p.columns).cwiseInverse().asDiagonal();
-  const Eigen::MatrixXf share = Q.cast<float>();
-  for (const Run& run : p.runs)
-    for (int c = 0; c < p.columns; ++c)
-      for (int i = 0; i < run.length; i += kLanes) {
-        Lanes sum = {}, z;
-        for (Eigen::Index d = 0; d < dofs; ++d) {
-          read_block(Z[d].data() + run.at + i, z);
-          sum += share(d, c) * z;
-        }
-        write_block(sum, p.column(run, c) + i);
+  for (int first = 0; first < p.columns; first += kLanes) {
+    const int count = std::min(kLanes, p.columns - first);
+    std::vector<Lanes> share(dofs, Lanes{});  // of each direction in the columns from `first` on
+    for (Eigen::Index d = 0; d < dofs; ++d)
+      for (int c = 0; c < count; ++c) share[d][c] = static_cast<float>(Q(d, first + c));
+    for (const Run& run : p.runs)
+      for (int i = 0; i < run.length; ++i) {
+        Lanes sum = {};
+        for (Eigen::Index d = 0; d < dofs; ++d)
+          sum += z[(d / kLanes * p.cells + run.at + i) * kLanes + d % kLanes] * share[d];
+        for (int c = 0; c < count; ++c) p.column(run, first + c)[i] = sum[c];
       }
+  }
 }
+
+// kLanes columns of a patch at once, a block a cell, on its box and two layers of cells around it;
+// 0 off the patch's unknowns.
+class Deflation::Spread {
+ public:
+  explicit Spread(const Patch& p)
+      : patch_(p),
+        low_(p.low - Vec3i::Constant(2)),
+        sy_(p.size[0] + 4),
+        sz_(sy_ * (p.size[1] + 4)),
+        values_(sz_ * (p.size[2] + 4) * kLanes, 0.0f) {}
+
+  void load(int first, int count) {
+    for (const Run& run : patch_.runs) {
+      float* to = values_.data() + place(run.i, run.j, run.k);
+      for (int c = 0; c < kLanes; ++c) {
+        const float* from = c < count ? patch_.column(run, first + c) : nullptr;
+        for (int i = 0; i < run.length; ++i) to[i * kLanes + c] = from ? from[i] : 0.0f;
+      }
+    }
+  }
+  // The cells where they, or their products with A, may not be 0: [low, high)
+  Vec3i low() const { return patch_.low - Vec3i::Ones(); }
+  Vec3i high() const { return patch_.low + patch_.size + Vec3i::Ones(); }
+  bool reaches(const Vec3i& cell) const {
+    return (cell.array() >= low().array()).all() && (cell.array() < high().array()).all();
+  }
+  const float* at(int i, int j, int k) const { return values_.data() + place(i, j, k); }
+
+  // A_water times them at n cells from (i, j, k) on, from differences: what is left of smooth
+  // columns is small.
+  void product(const PoissonMatrix& a, int i, int j, int k, int n, float* out) const {
+    const double *x = &a.w[0](i, j, k), *south = &a.w[1](i, j, k), *north = &a.w[1](i, j + 1, k),
+                 *down = &a.w[2](i, j, k), *up = &a.w[2](i, j, k + 1), *diag = &a.diag(i, j, k);
+    const float* y = at(i, j, k);
+    const std::ptrdiff_t row = sy_ * kLanes, plane = sz_ * kLanes;
+    const std::ptrdiff_t step[6] = {-kLanes, kLanes, -row, row, -plane, plane};
+    for (int m = 0; m < n; ++m, y += kLanes, out += kLanes) {
+      const double w[6] = {x[m], x[m + 1], south[m], north[m], down[m], up[m]};
+      double rest = diag[m];  // what the air beside takes
+      for (const double face : w) rest -= face;
+      Lanes here, sum;
+      read_block(y, here);
+      sum = static_cast<float>(rest) * here;
+      for (int f = 0; f < 6; ++f) {
+        Lanes beside;
+        read_block(y + step[f], beside);
+        sum += static_cast<float>(w[f]) * (here - beside);
+      }
+      write_block(sum, out);
+    }
+  }
+
+ private:
+  std::size_t place(int i, int j, int k) const {
+    return (static_cast<std::size_t>(i - low_[0]) + sy_ * static_cast<std::size_t>(j - low_[1]) +
+            sz_ * static_cast<std::size_t>(k - low_[2])) *
+           kLanes;
+  }
+
+  const Patch& patch_;
+  Vec3i low_;
+  std::size_t sy_, sz_;  // blocks
+  AlignedFloats values_;
+};
 
 // E = Y^T A Y
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
-  std::vector<std::pair<Patch*, int>> column;
-  for (Patch& p : patches_) {
-    find_flux(op, p);
-    for (int c = 0; c < p.columns; ++c) column.emplace_back(&p, c);
-  }
+  for (Patch& p : patches_) find_flux(op, p);
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t n = 0; n < column.size(); ++n)
-    add_product(op, *column[n].first, column[n].second, E);
+  for (std::size_t n = 0; n < patches_.size(); ++n) add_products(op, patches_[n], E);
+  E.triangularView<Eigen::StrictlyUpper>() = E.transpose();
   // Y^T F H^-1 F^T Y, body by body
   std::vector<Near> near(op.bodies().size());
   for (const Patch& p : patches_)
@@ -258,14 +295,13 @@ class Deflation::Dots {
  public:
   explicit Dots(const Patch& p) : patch_(p), lanes_(p.columns), sums_(VecX::Zero(p.columns)) {}
 
-  /// Adds those of cells skip, skip + 1, .. of a run with n numbers, after which 0 follows for a
-  /// block.
-  void add(const Run& run, int skip, const float* numbers, int n) {
+  /// Adds those of a run's cells; after their numbers 0 follows for a block.
+  void add(const Run& run, const float* numbers) {
     if (run.k != plane_) flush(), plane_ = run.k;
     for (int c = 0; c < patch_.columns; ++c) {
-      const float* y = patch_.column(run, c) + skip;
+      const float* y = patch_.column(run, c);
       Lanes sum = lanes_[c];
-      for (int i = 0; i < n; i += kLanes) {
+      for (int i = 0; i < run.length; i += kLanes) {
         Lanes a, b;
         read_block(y + i, a), read_block(numbers + i, b);
         sum += a * b;
@@ -307,41 +343,63 @@ void Deflation::find_flux(const CoupledOperator& op, Patch& p) {
   }
 }
 
-// One column of E from the water, Y^T (A_water y), and Fhat^T y, for column c of p, y.
-void Deflation::add_product(const CoupledOperator& op, Patch& p, int c, MatX& E) const {
+// Columns of E from the water, Y^T (A_water Y) of this patch and those after it, and Fhat^T Y.
+void Deflation::add_products(const CoupledOperator& op, Patch& p, MatX& E) const {
   const PoissonMatrix& a = op.water().matrix();
-  // y on the box and one cell around it
-  const Vec3i low = p.low - Vec3i::Ones(), size = p.size + Vec3i::Constant(2), high = low + size;
-  const PaddedLayout box(low.data(), size.data());
-  std::vector<float> y(box.size, 0.0f), numbers(a.nx + kLanes);
-  std::vector<double> product(a.nx);
-  for (const Run& run : p.runs)
-    std::copy_n(p.column(run, c), run.length, y.data() + box(run.i, run.j, run.k));
-  for (auto& [b, flux] : p.flux) {
-    const CoupledOperator::Body& body = op.bodies()[b];
-    for (std::size_t m = 0; m < body.cell.size(); ++m) {
-      const Vec3i at = a.cell(body.cell[m]);
-      if ((at.array() < low.array()).any() || (at.array() >= high.array()).any()) continue;
-      flux.col(c) += static_cast<double>(y[box(at[0], at[1], at[2])]) *
-                     body.flux.col(static_cast<Eigen::Index>(m));
+  Spread y(p);
+  for (int first = 0; first < p.columns; first += kLanes) {
+    const int count = std::min(kLanes, p.columns - first);
+    y.load(first, count);
+    for (auto& [b, flux] : p.flux) {
+      const CoupledOperator::Body& body = op.bodies()[b];
+      for (std::size_t m = 0; m < body.cell.size(); ++m) {
+        const Vec3i at = a.cell(body.cell[m]);
+        if (!y.reaches(at)) continue;
+        flux.middleCols(first, count).noalias() +=
+            body.flux.col(static_cast<Eigen::Index>(m)) *
+            Eigen::Map<const Eigen::RowVectorXf>(y.at(at[0], at[1], at[2]), count).cast<double>();
+      }
+    }
+    for (const Patch& other : patches_) {
+      const bool apart = ((other.low + other.size).array() <= y.low().array()).any() ||
+                         (other.low.array() >= y.high().array()).any();
+      if (other.first < p.first || apart) continue;
+      E.block(other.first, p.first + first, other.columns, count) =
+          products(a, y, other).leftCols(count);
     }
   }
-  for (const Patch& other : patches_) {
-    if (((other.low + other.size).array() <= low.array()).any() ||
-        (other.low.array() >= high.array()).any())
-      continue;
-    Dots dots(other);
-    for (int k = low[2]; k < high[2]; ++k)
-      for (const Run& run : other.plane(k)) {
-        const int begin = std::max(run.i, low[0]), end = std::min(run.i + run.length, high[0]);
-        if (run.j < low[1] || run.j >= high[1] || begin >= end) continue;
-        product_row(op.water(), box, k, run.segment, begin, end, y.data(), product.data());
-        std::copy_n(product.begin(), end - begin, numbers.begin());
-        std::fill_n(numbers.begin() + (end - begin), kLanes, 0.0f);
-        dots.add(run, begin - run.i, numbers.data(), end - begin);
+}
+
+// The columns of `other` times A_water y: fp32 in a plane, fp64 over planes.
+MatX Deflation::products(const PoissonMatrix& a, const Spread& y, const Patch& other) {
+  MatX sums = MatX::Zero(other.columns, kLanes);
+  std::vector<Lanes> in_plane(other.columns);
+  AlignedFloats product(static_cast<std::size_t>(other.size[0]) * kLanes);
+  for (int k = y.low()[2]; k < y.high()[2]; ++k) {
+    std::fill(in_plane.begin(), in_plane.end(), Lanes{});
+    for (const Run& run : other.plane(k)) {
+      const int begin = std::max(run.i, y.low()[0]),
+                n = std::min(run.i + run.length, y.high()[0]) - begin;
+      if (run.j < y.low()[1] || run.j >= y.high()[1] || n <= 0) continue;
+      y.product(a, begin, run.j, k, n, product.data());
+      for (int c = 0; c < other.columns; ++c) {
+        const float* own = other.column(run, c) + (begin - run.i);
+        Lanes even = in_plane[c], odd = {}, Ay;
+        int i = 0;
+        for (; i + 1 < n; i += 2) {
+          read_block(product.data() + i * kLanes, Ay);
+          even += own[i] * Ay;
+          read_block(product.data() + (i + 1) * kLanes, Ay);
+          odd += own[i + 1] * Ay;
+        }
+        if (i < n) read_block(product.data() + i * kLanes, Ay), even += own[i] * Ay;
+        in_plane[c] = even + odd;
       }
-    E.col(p.first + c).segment(other.first, other.columns) += dots.sums();
+    }
+    for (int c = 0; c < other.columns; ++c)
+      for (int l = 0; l < kLanes; ++l) sums(c, l) += in_plane[c][l];
   }
+  return sums;
 }
 
 void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,
@@ -370,6 +428,20 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
     for (const Patch& p : patches_) scatter(layout, p, k, share.data() + p.first, z);
 }
 
+namespace {
+
+// Fetches n numbers into the cache: the rows of a patch are too short for the hardware to see them
+// coming.
+template <class T>
+void fetch(const T* p, int n) {
+  constexpr int kLine = 64 / sizeof(T);
+  for (int i = 0; i < n; i += kLine) __builtin_prefetch(p + i);
+}
+// So many runs before they are needed.
+constexpr std::size_t kAhead = 4;
+
+}  // namespace
+
 // What planes k to end - 1 add to the patch's entries of Y^T (scale r - A_water z).
 VecX Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
                        int k, int end, const double* r, double scale, const float* z) {
@@ -380,12 +452,17 @@ VecX Deflation::gather(const PoissonOperator& water, const PaddedLayout& layout,
   Dots dots(p);
   for (; k < end; ++k)
     for (const Run& run : p.plane(k)) {
+      if (const Run* soon = p.after(run, kAhead)) {
+        fetch(r + a.kind.index(soon->i, soon->j, soon->k), soon->length);
+        fetch(z + layout(soon->i, soon->j + 1, soon->k), soon->length);
+        fetch(z + layout(soon->i, soon->j, soon->k + 1), soon->length);
+      }
       product_row(water, layout, run.k, run.segment, run.i, run.i + run.length, z, product.data());
       const double* rr = r + a.kind.index(run.i, run.j, run.k);
       for (int i = 0; i < run.length; ++i)
         residual[i] = static_cast<float>(scale * rr[i] - product[i]);
       std::fill_n(residual.begin() + run.length, kLanes, 0.0f);
-      dots.add(run, 0, residual.data(), run.length);
+      dots.add(run, residual.data());
     }
   return dots.sums();
 }
@@ -395,6 +472,10 @@ void Deflation::scatter(const PaddedLayout& layout, const Patch& p, int k, const
                         float* z) {
   for (const Run& run : p.plane(k)) {
     float* row = z + layout(run.i, run.j, run.k);
+    if (const Run* soon = p.after(run, kAhead)) {
+      fetch(z + layout(soon->i, soon->j, soon->k), soon->length);
+      fetch(p.column(*soon, 0), soon->length * p.columns);
+    }
     for (int i = 0; i < run.length; i += kLanes) {
       Lanes old, sum, y;
       read_block(row + i, old);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/coupling/coupled_operator.h"
+#include "runtime/numerics/multigrid.h"
 #include "runtime/numerics/padded_layout.h"
 
 namespace archetide {
@@ -21,8 +22,9 @@ enum class DeflationChoice { kAuto, kNever, kAlways };
 /// Nabben, Vuik, Erlangga 2009]: it needs Y^T r = 0 at the start, which `start` brings about.
 class Deflation {
  public:
-  /// Builds Y and E, or nothing where that would cost more than the iterations it saves.
-  void setup(const CoupledOperator& op, DeflationChoice choice);
+  /// Builds Y and E, or nothing where that would cost more than the iterations it saves. `water`:
+  /// of the operator's water.
+  void setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice);
 
   bool empty() const { return columns_ == 0; }
   int columns() const { return columns_; }
@@ -64,9 +66,15 @@ class Deflation {
     const float* column(const Run& run, int c) const { return y.data() + place(run, c); }
     float* column(const Run& run, int c) { return y.data() + place(run, c); }
     std::span<const Run> plane(int k) const;  // runs of plane k of the grid
+    /// The n-th run after one of these, null beyond the last.
+    const Run* after(const Run& run, std::size_t n) const {
+      const std::size_t at = static_cast<std::size_t>(&run - runs.data()) + n;
+      return at < runs.size() ? &runs[at] : nullptr;
+    }
   };
   class Dots;
-  class Local;
+  struct Local;
+  class Spread;
 
   static Patch box_of(const CoupledOperator& op, std::size_t b);
   /// Directions of a body that are worth deflating, and its largest added mass / body mass.
@@ -77,12 +85,14 @@ class Deflation {
   static Light light_directions(const CoupledOperator& op, const Patch& p);
   static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
                             const std::vector<Light>& light);
-  static void fill(const CoupledOperator& op, const MatX& S, Patch& p);
+  static void fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
+                   Patch& p);
   void assemble(const CoupledOperator& op);
   using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
   void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
   static void find_flux(const CoupledOperator& op, Patch& p);
-  void add_product(const CoupledOperator& op, Patch& p, int c, MatX& E) const;
+  void add_products(const CoupledOperator& op, Patch& p, MatX& E) const;
+  static MatX products(const PoissonMatrix& a, const Spread& y, const Patch& other);
   static VecX gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
                      int k, int end, const double* r, double scale, const float* z);
   static void scatter(const PaddedLayout& layout, const Patch& p, int k, const float* share,

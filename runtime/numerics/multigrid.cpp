@@ -9,6 +9,7 @@
 
 #include "runtime/numerics/multigrid_level.h"
 #include "runtime/numerics/parallel.h"
+#include "runtime/numerics/v_cycle.h"
 
 namespace archetide {
 namespace {
@@ -98,18 +99,13 @@ struct Multigrid::Impl {
   std::vector<double> plane_sum;
 
   double cycle_in_place();
+  void go_down(int l);
+  void cycle(int l);
 
   void setup();
-  void cycle(int l);
   void load_plane(const double* r, double scale, int k);
   void store_plane(double scale, int k, double* z) const;
   void apply(const double* r, double* z);
-
-  // Stages of the cycle on a level, shared by the finest and the others.
-  template <class Start>
-  void descend(int l, Start&& start);
-  template <class Finish>
-  void ascend(int l, Finish&& finish);
 };
 
 Multigrid::Multigrid() : impl_(std::make_unique<Impl>()) {}
@@ -152,57 +148,27 @@ double Multigrid::Impl::cycle_in_place() {
     direct.solve(fine);
     for (int k = 0; k < fine.nz; ++k) add(fine.plane(k));
   } else {
-    descend(0, [&](const MultigridLevel::Rows& r) { fine.start(r); });
+    go_down(0);
     cycle(1);
-    ascend(0, add);
+    ascend(fine, levels[1], add);
   }
   return std::accumulate(plane_sum.begin(), plane_sum.end(), 0.0);
+}
+
+void Multigrid::Impl::go_down(int l) {
+  MultigridLevel &level = levels[l], &coarse = levels[l + 1];
+  descend(level, coarse, [&](const MultigridLevel::Rows& r) {
+    if (r.first == 0 && r.k % 2 == 0) coarse.clear_rhs(r.k / 2);
+    level.start(r);
+  });
 }
 
 // x = V b on level l, from x = 0
 void Multigrid::Impl::cycle(int l) {
   if (l + 1 == used) return direct.solve(levels[l]);
-  MultigridLevel& level = levels[l];
-  descend(l, [&](const MultigridLevel::Rows& r) { level.start(r); });
+  go_down(l);
   cycle(l + 1);
-  ascend(l, [](const MultigridLevel::Rows&) {});
-}
-
-// What the first stage of a way down or up takes from memory while stage 1 or 2, so many planes
-// behind it, works in the cache: the hardware does not look beyond the strip.
-MultigridLevel::Ahead ahead(int stage) {
-  if (stage == 1) return {false, 2};
-  if (stage == 2) return {true, 3};
-  return {};
-}
-
-// Red, black, red, black, and the residual to the next level.
-template <class Start>
-void Multigrid::Impl::descend(int l, Start&& start) {
-  constexpr int kStages = 5;
-  MultigridLevel &level = levels[l], &coarse = levels[l + 1];
-  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-            [&](int stage, int k, int first, int end) {
-              const MultigridLevel::Rows rows{k, first, end};
-              if (stage == 0 && first == 0 && k % 2 == 0) coarse.clear_rhs(k / 2);
-              if (stage == 0) return start(rows);
-              if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead(stage));
-            });
-}
-
-// The correction, then black, red, black, red.
-template <class Finish>
-void Multigrid::Impl::ascend(int l, Finish&& finish) {
-  constexpr int kStages = 5;
-  MultigridLevel &level = levels[l], &coarse = levels[l + 1];
-  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-            [&](int stage, int k, int first, int end) {
-              const MultigridLevel::Rows rows{k, first, end};
-              if (stage == 0) return level.prolong(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead(stage));
-              if (stage == kStages - 1) finish(rows);
-            });
+  ascend(levels[l], levels[l + 1], [](const MultigridLevel::Rows&) {});
 }
 
 void Multigrid::Impl::load_plane(const double* r, double scale, int k) {
@@ -268,6 +234,7 @@ float* Multigrid::rhs() { return impl_->levels[0].b.data(); }
 float* Multigrid::iterate() { return impl_->levels[0].x.data(); }
 
 int Multigrid::levels() const { return impl_->used; }
+const MultigridLevel& Multigrid::level(int l) const { return impl_->levels[l]; }
 
 std::size_t Multigrid::bytes() const {
   std::size_t total = impl_->projected.capacity() * sizeof(double);

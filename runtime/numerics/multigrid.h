@@ -9,6 +9,8 @@
 
 namespace archetide {
 
+struct MultigridLevel;
+
 /// One symmetric fp32 V(2,2) cycle for a PoissonMatrix: red-black Gauss-Seidel (red, black before;
 /// black, red after the coarse correction), 2x2x2 piecewise-constant aggregation with face
 /// coefficients rescaled by 1/2. Symmetric positive definite on the unknowns for every admissible
@@ -38,6 +40,8 @@ class Multigrid {
   float* iterate();
 
   int levels() const;
+  /// Finest first; as of the last setup.
+  const MultigridLevel& level(int l) const;
   /// Memory held, bytes.
   std::size_t bytes() const;
 

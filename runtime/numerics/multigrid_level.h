@@ -15,6 +15,13 @@ namespace archetide {
 
 enum class Colour : int { kRed = 0, kBlack = 1 };  // parity of i + j + k
 
+/// What a cell's right-hand side is multiplied by; a diagonal smaller than this has no face worth
+/// the name: the cell is left alone.
+inline float inverse_of(float diagonal) {
+  constexpr float kSmallestDiagonal = 1e-30f;
+  return diagonal > kSmallestDiagonal ? 1.0f / diagonal : 0.0f;
+}
+
 /// One level of the multigrid: fp32 arrays on a box of cells with one ghost layer, and the row
 /// operations of the cycle. x is 0 on every cell that is no unknown; coefficients are 0 on faces
 /// that carry nothing.

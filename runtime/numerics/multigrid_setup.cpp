@@ -12,18 +12,11 @@ constexpr auto kOutside = static_cast<std::uint8_t>(CellKind::kOutside);
 constexpr auto kUnknown = static_cast<std::uint8_t>(CellKind::kUnknown);
 constexpr auto kDirichlet = static_cast<std::uint8_t>(CellKind::kDirichlet);
 
-// A diagonal smaller than this has no face worth the name: the cell is left alone.
-constexpr float kSmallestDiagonal = 1e-30f;
-
 // Does a face between these two kinds carry a coefficient: unknown to unknown or unknown to
 // Dirichlet?
 inline bool carries(std::uint8_t a, std::uint8_t b) {
   static_assert(kOutside == 0 && kUnknown == 1 && kDirichlet == 2);
   return ((a * b) & 3) != 0;
-}
-
-inline float inverse_of(float diagonal) {
-  return diagonal > kSmallestDiagonal ? 1.0f / diagonal : 0.0f;
 }
 
 }  // namespace
