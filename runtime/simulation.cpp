@@ -615,10 +615,10 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   ScopedTimer timer(profile, "statistics");
   r.t = water.fluid.time;
   r.dt = dt;
-  double fastest = 0.0;
+  r.max_speed = 0.0;
   for (const ReducedBody& b : bodies) {
     add_body_statistics(b, options.gravity, r);
-    fastest = std::max(fastest, largest_surface_speed(b));
+    r.max_speed = std::max(r.max_speed, largest_surface_speed(b));
   }
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
@@ -628,13 +628,11 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     r.outflow_volume = water.outflow += out;
     r.volume_given_back = water.volume_given_back;
     r.spray_volume = spray_volume(water.fluid.spray);
-    fastest = std::max(fastest, cfl_speed(water.fluid.u, &coupling.valid()));
   }
-  r.max_speed = fastest;
   r.joint_drift = joint_drift(joints, bodies);
   r.held_bodies = guard.held();
   r.actuation_work = actuation_work;
-  r.cfl = has_tank() ? fastest * dt / options.grid.dx : 0.0;
+  r.cfl = has_tank() ? r.max_speed * dt / options.grid.dx : 0.0;
 }
 
 // What a step that cannot be taken broke at: the joint that stays open, or the cell with most

@@ -76,36 +76,42 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   for (int a = 0; a < 3; ++a) {
     const Array3<double>&u = fluid.u[a], &e = coupling.system().matrix.w[a];
     const auto& solved = coupling.valid()[a];
-    std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0);
-#pragma omp parallel for schedule(static)
+    std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0), fastest(u.nz(), 0.0);
+#pragma omp parallel for schedule(static, 1)
     for (int k = 0; k < u.nz(); ++k) {
-      double p = 0.0, twice = 0.0;
-#pragma omp simd reduction(+ : p, twice)
-      for (std::size_t n = u.index(0, 0, k); n < u.index(0, 0, k + 1); ++n) {
-        const double flux = solved[n] == 1 ? e[n] * u[n] : 0.0;
-        p += flux, twice += flux * (solved[n] == 1 ? u[n] : 0.0);
+      const double *speed = &u(0, 0, k), *share = &e(0, 0, k);
+      const unsigned char* of_water = &solved(0, 0, k);
+      const int count = u.nx() * u.ny();
+      double p = 0.0, twice = 0.0, most = 0.0;
+#pragma omp simd reduction(+ : p, twice) reduction(max : most)
+      for (int n = 0; n < count; ++n) {
+        const double here = of_water[n] == 1 ? speed[n] : 0.0, flux = share[n] * here;
+        p += flux, twice += flux * here, most = std::max(most, std::abs(here));
       }
-      momentum[k] = mass * p, energy[k] = 0.5 * mass * twice;
+      momentum[k] = mass * p, energy[k] = 0.5 * mass * twice, fastest[k] = most;
     }
-    for (int k = 0; k < u.nz(); ++k)
+    for (int k = 0; k < u.nz(); ++k) {
       r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
+      r.max_speed = std::max(r.max_speed, fastest[k]);
+    }
   }
   r.water_momentum += coupling.carried_momentum();
   r.water_kinetic += coupling.carried_energy();
   const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> potential(g.nz, 0.0);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static, 1)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j) {
-      const double *phi = &fluid.phi(0, j, k), *solid = &solids(0, j, k);
+      const double *phi = &fluid.phi(0, j, k), *solid = &solids(0, j, k), dx = g.dx;
+      const int nx = g.nx;
       double fill = 0.0, moment = 0.0;  // of the row, about its first cell
       int partly = 0;                   // cells that the surface or a solid cuts
-#pragma omp simd reduction(+ : fill, moment, partly)
-      for (int i = 0; i < g.nx; ++i) {
-        const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]),
+#pragma omp simd reduction(+ : fill, moment) reduction(| : partly)
+      for (int i = 0; i < nx; ++i) {
+        const double wet = wet_share(phi[i] / dx), open = open_fraction(solid[i]),
                      cell = wet * open;
         fill += cell, moment += i * cell;
-        partly += ((wet > 0.0) & (wet < 1.0)) | ((open > 0.0) & (open < 1.0));
+        partly |= (wet * (1.0 - wet) > 0.0) | (open * (1.0 - open) > 0.0);
       }
       // Their water weighs at its own centre: half of what is cut off away from the cell's.
       double off = 0.0;

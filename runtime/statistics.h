@@ -7,7 +7,8 @@ namespace archetide {
 /// Momenta and energies of one body, added to the report.
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& report);
 
-/// Volume, momentum and energies of the water, added to the report; grid: of its fields.
+/// Volume, momentum, energies and largest speed of the water, added to the report; grid: of its
+/// fields.
 void add_water_statistics(const SimulationOptions& options, const Grid& grid,
                           const FluidState& fluid, const Coupling& coupling, StepReport& report);
 

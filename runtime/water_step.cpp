@@ -32,18 +32,23 @@ constexpr double kChopDamping = 0.1;
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.
 void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask) {
-  mask.resize(solids.cell.nx(), solids.cell.ny(), solids.cell.nz());
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = solids.cell[n] > 0.5;
+  const Array3<double>& cell = solids.cell;
+  if (mask.size() != cell.size()) mask.resize(cell.nx(), cell.ny(), cell.nz());
+  const double* solid = cell.data();
+  unsigned char* marks = mask.data();
+#pragma omp parallel for simd schedule(static)
+  for (std::size_t n = 0; n < cell.size(); ++n) marks[n] = solid[n] > 0.5;
 }
 
 // Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its
 // centre): where the advected velocity is wanted.
 void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
   if (target[0].size() == 0) target.resize(g, 0);
-  Array3<unsigned char> near(g.nx, g.ny, g.nz);
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < near.size(); ++n) near[n] = phi[n] < g.dx;
+  Array3<unsigned char> near(g.nx, g.ny, g.nz, Unfilled{});
+  const double *level = phi.data(), dx = g.dx;
+  unsigned char* marks = near.data();
+#pragma omp parallel for simd schedule(static)
+  for (std::size_t n = 0; n < phi.size(); ++n) marks[n] = level[n] < dx;
   for (int a = 0; a < 3; ++a) {
     Array3<unsigned char>& faces = target[a];
     const int last[3] = {g.nx - 1, g.ny - 1, g.nz - 1};
@@ -54,8 +59,10 @@ void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsign
         const unsigned char* low = &near(0, std::max(j - y, 0), std::max(k - z, 0));
         const unsigned char* high = &near(0, std::min(j, last[1]), std::min(k, last[2]));
         unsigned char* out = &faces(0, j, k);
-        for (int i = x; i < g.nx; ++i) out[i] = low[i - x] | high[i];
-        if (x) out[0] = high[0], out[g.nx] = high[g.nx - 1];
+        const int nx = g.nx;
+#pragma omp simd
+        for (int i = x; i < nx; ++i) out[i] = low[i - x] | high[i];
+        if (x) out[0] = high[0], out[nx] = high[nx - 1];
       }
   }
 }
@@ -200,11 +207,9 @@ void WaterStep::advect_to_end(double dt) {
     copy_values(u_star, push_);
     return;
   }
-  continue_in_time(u_half, fluid.u, 0.5, valid_, carrier_);  // (dt/4) / (dt/2)
-  add_push(push_, -1.0, valid_, u_half);
+  start_reflection(fluid.u, 0.5, push_, valid_, u_half, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
-  add_push(push_, 1.0, valid_, u_half);
-  add_push(push_, 2.0, target_, u_star);
+  end_reflection(push_, valid_, target_, u_half, u_star);
   damp_water(0.5 * dt, u_star);
 }
 

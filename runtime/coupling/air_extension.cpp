@@ -15,9 +15,9 @@ constexpr int kOutside = -2;      // beyond the band, where psi = 0
 constexpr double kPocket = 1e-3;  // added to the diagonal: a bubble has no outside
 constexpr double kTolerance = 1e-3;
 constexpr int kMaxIterations = 40;
-// How much more easily a face changes a cell farther out: what was continued from the water next to
-// it is the better known.
-constexpr double kEaseOutwards = 8.0;
+// How much more easily a face changes a cell farther out, as a power of two: what was continued
+// from the water next to it is the better known.
+constexpr double kEaseOutwards = 3.0;
 
 // Low (side 0) or high face of cell c along `axis`, as an index of that component.
 std::size_t face_of(const FaceField<double>& f, const Ijk& c, int axis, int side) {
@@ -65,6 +65,7 @@ Band build_band(const Grid& g, const Array3<double>& phi, const FaceField<double
   });
   Array3<int> number(phi.nx(), phi.ny(), phi.nz(), kFixed);
   const int count = static_cast<int>(band.cells.size());
+#pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; ++t) number[band.cells[t]] = t;
   band.beyond.resize(count);
   band.ease.resize(count);
@@ -74,11 +75,11 @@ Band build_band(const Grid& g, const Array3<double>& phi, const FaceField<double
     const int n = band.cells[t];
     const Ijk c = unravel(phi, n);
     band.beyond[t].fill(kOutside);  // through an open side of the tank
-    band.ease[t].fill(std::pow(kEaseOutwards, phi[n] / g.dx));
+    band.ease[t].fill(std::exp2(kEaseOutwards * (phi[n] / g.dx)));
     for_each_neighbour(phi, c, n, [&](int axis, int side, int m) {
       const int f = 2 * axis + (side > 0);
       band.beyond[t][f] = phi[m] >= reach ? kOutside : number[m];
-      band.ease[t][f] = std::pow(kEaseOutwards, std::max(0.5 * (phi[n] + phi[m]) / g.dx, 0.0));
+      band.ease[t][f] = std::exp2(kEaseOutwards * std::max(0.5 * (phi[n] + phi[m]) / g.dx, 0.0));
     });
     band.diagonal[t] = kPocket;
     for (int f = 0; f < 6; ++f) {
@@ -96,6 +97,7 @@ int solve_band(const Band& band, std::vector<double>& r, std::vector<double>& x)
   const Blocks blocks = all_blocks(n);
   std::vector<double> z(n), p(n), q(n);
   const auto precondition = [&] {
+#pragma omp parallel for simd schedule(static) if (n > kParallelFrom)
     for (std::size_t t = 0; t < n; ++t) z[t] = r[t] / band.diagonal[t];
     return dot(blocks, r.data(), z.data());
   };
@@ -134,12 +136,17 @@ int make_air_divergence_free(const Grid& g, const Array3<double>& phi,
   }
   const int iterations = solve_band(band, residual, psi);
 
-  // A face between two band cells hears of both, in this order whatever the number of threads.
+  // A face between two band cells hears of both from the lower one.
+#pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; ++t) {
     const Ijk c = unravel(phi, band.cells[t]);
-    for (int f = 0; f < 6; ++f)
-      if (band.beyond[t][f] != kFixed)
-        u[f / 2][face_of(u, c, f / 2, f % 2)] += (f % 2 ? 1.0 : -1.0) * band.ease[t][f] * psi[t];
+    for (int f = 0; f < 6; ++f) {
+      const int other = band.beyond[t][f];
+      if (other == kFixed || (other >= 0 && f % 2 == 0)) continue;
+      double& face = u[f / 2][face_of(u, c, f / 2, f % 2)];
+      face += (f % 2 ? 1.0 : -1.0) * band.ease[t][f] * psi[t];
+      if (other >= 0) face -= band.ease[t][f] * psi[other];
+    }
   }
   return iterations;
 }

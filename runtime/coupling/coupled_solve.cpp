@@ -65,66 +65,105 @@ bool apply_between_unknowns(const FaceRow& row, int begin, int end, double* v,
   return left != 0;
 }
 
+// The same where all cells are unknowns and all faces open.
+void apply_in_water(const double* x_low, const double* x_high, int begin, int end, double* v,
+                    unsigned char* valid) {
+#pragma omp simd
+  for (int i = begin; i < end; ++i) v[i] -= x_high[i] - x_low[i];
+  std::fill(valid + begin, valid + end, 1);
+}
+
 // u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
-void apply_pressure(const Grid& g, const PressureSystem& s, double to_phi, const Array3<double>& x,
-                    MacField& u, FaceField<unsigned char>& valid) {
-  const Array3<CellKind>& kind = s.matrix.kind;
-  const auto unknown = [&](const Vec3i& c) {
-    return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
-  };
-  const std::vector<CellKind> nothing(g.nx, CellKind::kOutside);
-  const std::vector<double> zero(g.nx, 0.0);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Array3<double>& w = (*s.open)[axis];
-    Array3<double>& v = u[axis];
-    // A face between water and a prescribed value, or a side of the tank.
-    const auto apply_at_surface = [&](const Vec3i& high) {
-      const std::size_t f = v.index(high[0], high[1], high[2]);
-      if (w[f] == 0.0) return;
-      const Vec3i low = high - Vec3i::Unit(axis);
-      const bool high_water = unknown(high), low_water = unknown(low);
-      if (high_water == low_water) return;
-      const Vec3i& c = low_water ? low : high;
-      const SurfaceFace face =
-          surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_water ? 1 : -1);
-      const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
-      v[f] -= (low_water ? there - here : here - there) / face.theta;
-    };
+class PressureGradient {
+ public:
+  PressureGradient(const Grid& grid, const PressureSystem& system, double scale,
+                   const Array3<double>& solution, MacField& velocity,
+                   FaceField<unsigned char>& solved)
+      : g(grid), s(system), to_phi(scale), x(solution), u(velocity), valid(solved) {}
+
+  // Row by row all three components, which read the same pressures.
+  void apply() {
 #pragma omp parallel for schedule(dynamic, 4)
-    for (int k = 0; k < v.nz(); ++k)
-      for (int j = 0; j < v.ny(); ++j) {
-        const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0;
-        const bool has_high = axis == 0 || (axis == 1 ? j < g.ny : k < g.nz);
-        const std::ptrdiff_t at =
-            static_cast<std::ptrdiff_t>(g.nx) * (j + static_cast<std::ptrdiff_t>(g.ny) * k);
-        const std::ptrdiff_t to_low = at - (axis == 0   ? 1
-                                            : axis == 1 ? g.nx
-                                                        : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
-        const FaceRow row{&w(0, j, k), has_low ? kind.data() + to_low : nothing.data(),
-                          has_high ? kind.data() + at : nothing.data(),
-                          has_low ? x.data() + to_low : zero.data(),
-                          has_high ? x.data() + at : zero.data()};
-        unsigned char* flags = &valid[axis](0, j, k);
-        const auto wet = [&](bool there, const CellKind* cells) {
-          return there && std::find(cells, cells + g.nx, CellKind::kUnknown) != cells + g.nx;
-        };
-        if (!wet(has_high, kind.data() + at) && !(axis > 0 && wet(has_low, kind.data() + to_low))) {
-          std::fill_n(flags, v.nx(), 0);
-          continue;
-        }
-        const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
-        const bool left = apply_between_unknowns(row, begin, g.nx, &v(0, j, k), flags);
-        if (axis == 0) {
-          flags[0] = unknown({0, j, k}) && row.w[0] >= kTrustedOpening;
-          flags[g.nx] = unknown({g.nx - 1, j, k}) && row.w[g.nx] >= kTrustedOpening;
-          apply_at_surface({0, j, k});
-          apply_at_surface({g.nx, j, k});
-        }
-        if (left)
-          for (int i = begin; i < g.nx; ++i) apply_at_surface({i, j, k});
+    for (int k = 0; k <= g.nz; ++k)
+      for (int j = 0; j <= g.ny; ++j) {
+        if (j < g.ny && k < g.nz) apply_to_row(0, j, k);
+        if (k < g.nz) apply_to_row(1, j, k);
+        if (j < g.ny) apply_to_row(2, j, k);
       }
   }
-}
+
+ private:
+  bool unknown(const Vec3i& c) const {
+    return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
+  }
+
+  // A face between water and a prescribed value, or a side of the tank.
+  void apply_at_surface(int axis, const Vec3i& high) {
+    Array3<double>& v = u[axis];
+    const std::size_t f = v.index(high[0], high[1], high[2]);
+    if ((*s.open)[axis][f] == 0.0) return;
+    const Vec3i low = high - Vec3i::Unit(axis);
+    const bool high_water = unknown(high), low_water = unknown(low);
+    if (high_water == low_water) return;
+    const Vec3i& c = low_water ? low : high;
+    const SurfaceFace face =
+        surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_water ? 1 : -1);
+    const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
+    v[f] -= (low_water ? there - here : here - there) / face.theta;
+  }
+
+  // The faces of component `axis` on the low sides of the cells of row (j, k).
+  void apply_to_row(int axis, int j, int k) {
+    const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0;
+    const bool has_high = axis == 0 || (axis == 1 ? j < g.ny : k < g.nz);
+    const std::ptrdiff_t at =
+        static_cast<std::ptrdiff_t>(g.nx) * (j + static_cast<std::ptrdiff_t>(g.ny) * k);
+    const std::ptrdiff_t to_low = at - (axis == 0   ? 1
+                                        : axis == 1 ? g.nx
+                                                    : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
+    const RowKind low = has_low ? s.row(j - (axis == 1), k - (axis == 2)) : RowKind::kAir,
+                  high = has_high ? s.row(j, k) : RowKind::kAir;
+    double* v = &u[axis](0, j, k);
+    unsigned char* flags = &valid[axis](0, j, k);
+    const auto wet = [&](RowKind row, const CellKind* cells) {
+      return row != RowKind::kAir &&
+             (row != RowKind::kMixed ||
+              std::find(cells, cells + g.nx, CellKind::kUnknown) != cells + g.nx);
+    };
+    if (!wet(high, kind.data() + at) && !wet(low, kind.data() + to_low + (axis == 0))) {
+      std::fill_n(flags, valid[axis].nx(), 0);
+      return;
+    }
+    const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
+    const double* w = &(*s.open)[axis](0, j, k);
+    bool left = false;
+    if (low >= RowKind::kWater && high >= RowKind::kWater)
+      apply_in_water(x.data() + to_low, x.data() + at, begin, g.nx, v, flags);
+    else
+      left = apply_between_unknowns(
+          {w, has_low ? kind.data() + to_low : nothing.data(),
+           has_high ? kind.data() + at : nothing.data(), has_low ? x.data() + to_low : zero.data(),
+           has_high ? x.data() + at : zero.data()},
+          begin, g.nx, v, flags);
+    if (axis == 0) {
+      flags[0] = unknown({0, j, k}) && w[0] >= kTrustedOpening;
+      flags[g.nx] = unknown({g.nx - 1, j, k}) && w[g.nx] >= kTrustedOpening;
+      apply_at_surface(0, {0, j, k});
+      apply_at_surface(0, {g.nx, j, k});
+    }
+    for (int i = begin; left && i < g.nx; ++i) apply_at_surface(axis, {i, j, k});
+  }
+
+  const Grid& g;
+  const PressureSystem& s;
+  const double to_phi;  // s/m
+  const Array3<double>& x;
+  MacField& u;
+  FaceField<unsigned char>& valid;
+  const Array3<CellKind>& kind = s.matrix.kind;
+  const std::vector<CellKind> nothing = std::vector<CellKind>(g.nx, CellKind::kOutside);
+  const std::vector<double> zero = std::vector<double>(g.nx, 0.0);
+};
 
 // y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
 void add_motion(const ConstrainedInverse* rows, std::vector<VecX>& gained,
@@ -218,7 +257,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     gained[b] = body.inverse_mass * f;
   }
   add_motion(operator_.rows(), gained, bodies);
-  apply_pressure(g, s, to_phi, pressure, u, valid);
+  PressureGradient(g, s, to_phi, pressure, u, valid).apply();
   return report;
 }
 

@@ -173,9 +173,10 @@ const double* face_row(const FaceField<double>& f, int j, int k, int axis, int s
   return &f[axis](0, j + (axis == 1 && sign > 0), k + (axis == 2 && sign > 0));
 }
 
-// The kinds of row (j, k). Cells that no solid cuts are asked at their centre; the closed sides of
-// the tank cut nothing. `ones`: nx times 1, `whole`: nx numbers to work on.
-void classify_row(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+// The kinds of row (j, k); returns whether a solid cuts any of its cells. Cells that no solid cuts
+// are asked at their centre; the closed sides of the tank cut nothing. `ones`: nx times 1, `whole`:
+// nx numbers to work on.
+bool classify_row(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
                   const Sides& open_side, int j, int k, const double* ones, unsigned char* whole,
                   CellKind* kind) {
   const auto faces = rows_beside<double>([&](int axis, int sign) {
@@ -185,17 +186,69 @@ void classify_row(const Grid& g, const Array3<double>& phi, const FaceField<doub
     return closed ? ones : face_row(open, j, k, axis, sign);
   });
   const double *x = &open[0](0, j, k), *level = &phi(0, j, k);
+  const int nx = g.nx;
   int cut = 0;
 #pragma omp simd reduction(| : cut)
-  for (int i = 0; i < g.nx; ++i) {
-    whole[i] = (x[i] == 1.0) & (x[i + 1] == 1.0) & (faces[0][i] == 1.0) & (faces[1][i] == 1.0) &
-               (faces[2][i] == 1.0) & (faces[3][i] == 1.0);
+  for (int i = 0; i < nx; ++i) {
+    const bool low = (x[i] == 1.0) | ((i == 0) & !open_side[kXMin]),
+               high = (x[i + 1] == 1.0) | ((i == nx - 1) & !open_side[kXMax]);
+    whole[i] = low & high & (faces[0][i] == 1.0) & (faces[1][i] == 1.0) & (faces[2][i] == 1.0) &
+               (faces[3][i] == 1.0);
     kind[i] = level[i] < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
     cut |= !whole[i];
   }
-  if (cut)
-    for (int i = 0; i < g.nx; ++i)
-      if (!whole[i]) kind[i] = classify(g, phi, open, {i, j, k});
+  for (int i = 0; cut && i < nx; ++i)
+    if (!whole[i]) kind[i] = classify(g, phi, open, {i, j, k});
+  return cut != 0;
+}
+
+// Rows whose openings or coefficients may differ from those of the last assembly, and their
+// neighbours.
+std::vector<char> touched_rows(const Grid& g, const std::vector<DualFaces*>& solids,
+                               const std::vector<CellBox>* changed) {
+  std::vector<char> rows(static_cast<std::size_t>(g.ny) * g.nz, changed == nullptr);
+  if (!changed) return rows;
+  const auto touch = [&](int j0, int j1, int k0, int k1) {
+    for (int k = std::max(k0 - 1, 0); k <= std::min(k1 + 1, g.nz - 1); ++k)
+      for (int j = std::max(j0 - 1, 0); j <= std::min(j1 + 1, g.ny - 1); ++j)
+        rows[j + static_cast<std::size_t>(g.ny) * k] = 1;
+  };
+  for (const CellBox& box : *changed)
+    touch(box.low[1], box.low[1] + box.size[1], box.low[2], box.low[2] + box.size[2]);
+  for (const DualFaces* faces : solids)
+    for (const DualFace& f : *faces) touch(f.face[1], f.face[1], f.face[2], f.face[2]);
+  return rows;
+}
+
+// Kinds of row (j, k), and what it is as a whole; what it was before is asked no more.
+RowKind classify_whole_row(const Grid& g, const double* phi, RowKind before, CellKind* kind) {
+  const int nx = g.nx;
+  int wet = 0;
+#pragma omp simd reduction(+ : wet)
+  for (int i = 0; i < nx; ++i) wet += phi[i] < 0.0;
+  if (wet == nx) {
+    if (before != RowKind::kWater && before != RowKind::kInner)
+      std::fill_n(kind, nx, CellKind::kUnknown);
+    return RowKind::kWater;
+  }
+  if (wet == 0) {
+    if (before != RowKind::kAir) std::fill_n(kind, nx, CellKind::kDirichlet);
+    return RowKind::kAir;
+  }
+#pragma omp simd
+  for (int i = 0; i < nx; ++i) kind[i] = phi[i] < 0.0 ? CellKind::kUnknown : CellKind::kDirichlet;
+  return RowKind::kMixed;
+}
+
+// Whether row (j, k) and the four beside it are water, or sides of the tank that are closed.
+bool is_inner(const Grid& g, const Sides& open_side, const std::vector<RowKind>& rows, int j,
+              int k) {
+  const auto water = [&](int jj, int kk, int side) {
+    if (jj < 0 || kk < 0 || jj == g.ny || kk == g.nz) return !open_side[side];
+    return rows[jj + static_cast<std::size_t>(g.ny) * kk] >= RowKind::kWater;
+  };
+  return water(j, k, kXMin) && !open_side[kXMin] && !open_side[kXMax] && water(j - 1, k, kYMin) &&
+         water(j + 1, k, kYMax) && water(j, k - 1, kZMin) && water(j, k + 1, kZMax);
 }
 
 // Diagonal and surface terms of an unknown that has, or may have, a prescribed value beside it.
@@ -276,6 +329,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     s.surface_rhs.resize(g.nx, g.ny, g.nz);
     s.surface_weight.resize(g.nx, g.ny, g.nz);
     s.at_surface.clear();
+    s.rows.assign(static_cast<std::size_t>(g.ny) * g.nz, RowKind::kMixed);
     changed = nullptr;
   }
   if (changed)
@@ -291,26 +345,43 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
 
   const std::vector<double> ones(g.nx, 1.0);
   const std::vector<CellKind> air(g.nx, CellKind::kDirichlet);
+  const std::vector<char> touched = touched_rows(g, solids, changed);
+  const std::vector<RowKind> before = s.rows;
 #pragma omp parallel
   {
     std::vector<unsigned char> whole(g.nx);
 #pragma omp for schedule(dynamic, 4)
     for (int k = 0; k < g.nz; ++k)
-      for (int j = 0; j < g.ny; ++j)
-        classify_row(g, *surface.phi, open, open_side, j, k, ones.data(), whole.data(),
-                     &A.kind(0, j, k));
+      for (int j = 0; j < g.ny; ++j) {
+        const std::size_t r = j + static_cast<std::size_t>(g.ny) * k;
+        CellKind* kind = &A.kind(0, j, k);
+        const bool known = !touched[r] && before[r] != RowKind::kMixed;
+        const bool cut = !known && classify_row(g, *surface.phi, open, open_side, j, k, ones.data(),
+                                                whole.data(), kind);
+        s.rows[r] = touched[r] || cut
+                        ? RowKind::kMixed
+                        : classify_whole_row(g, &(*surface.phi)(0, j, k), before[r], kind);
+      }
   }
   for (DualFaces* faces : solids) share_dual_faces(A.kind, open, *faces, A.w);
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
   for (const std::size_t n : s.at_surface) s.surface_rhs[n] = s.surface_weight[n] = 0.0;
   std::vector<PlaneSums> sums(g.nz);
+  std::vector<RowKind> next(s.rows.size());
 #pragma omp parallel
   {
     std::vector<unsigned char> beside(g.nx);
 #pragma omp for schedule(dynamic, 4)
     for (int k = 0; k < g.nz; ++k)
       for (int j = 0; j < g.ny; ++j) {
+        const std::size_t r = j + static_cast<std::size_t>(g.ny) * k;
+        const bool inner = is_inner(g, open_side, s.rows, j, k);
+        next[r] = inner ? RowKind::kInner : s.rows[r];
+        if (next[r] == before[r] && (inner || next[r] == RowKind::kAir)) {
+          sums[k].unknowns += inner ? g.nx : 0;
+          continue;  // its diagonal is what it was
+        }
         const CellKind* row = &A.kind(0, j, k);
         if (std::find(row, row + g.nx, CellKind::kUnknown) != row + g.nx)
           assemble_row(g, j, k, air.data(), beside.data(), s, sums[k]);
@@ -318,6 +389,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
           std::fill_n(&A.diag(0, j, k), g.nx, 0.0);
       }
   }
+  s.rows.swap(next);
   double total = 0.0;
   std::size_t faces = 0;
   s.unknowns = 0;

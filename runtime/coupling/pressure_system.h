@@ -37,6 +37,10 @@ struct FreeSurface {
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x);
 
+/// What is known of a row of cells along x without asking them: no solid cuts any of them or their
+/// neighbours' faces, and all are air, or water; of an inner one those around are water as well.
+enum class RowKind : unsigned char { kMixed, kAir, kWater, kInner };
+
 /// The water part of the coupled system at one configuration, in units that make the matrix
 /// dimensionless: the unknown is phi = dt p' / (rho dx), m/s, and u = u* - difference(phi) / theta
 /// on every open face.
@@ -51,6 +55,11 @@ struct PressureSystem {
   std::vector<std::size_t> at_surface;  // cells that may have such terms; 0 elsewhere
   double surface_mean = 0.0;            // mean over Dirichlet faces of p'_I / rho, m^2/s^2
   std::size_t unknowns = 0;
+  std::vector<RowKind> rows;  // (j, k), j fastest
+
+  RowKind row(int j, int k) const {
+    return rows[static_cast<std::size_t>(j) + static_cast<std::size_t>(matrix.ny) * k];
+  }
 };
 
 /// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell

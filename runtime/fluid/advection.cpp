@@ -22,6 +22,33 @@ using Mask = Array3<unsigned char>;
 // upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
 constexpr double kUpwind = 1.0 / 12.0;
 
+// How much of a row is marked. What holds for whole rows, as for most of the water, need not be
+// asked point by point.
+enum class Share : unsigned char { kNone, kSome, kAll };
+struct Rows {
+  int ny;
+  std::vector<Share> row;  // (j, k), j fastest
+
+  Share operator()(int j, int k) const { return row[j + static_cast<std::size_t>(ny) * k]; }
+};
+struct Marks {
+  Mask mask;
+  Rows rows;
+};
+
+Rows rows_of(const Mask& m) {
+  Rows rows{m.ny(), std::vector<Share>(static_cast<std::size_t>(m.ny()) * m.nz())};
+#pragma omp parallel for schedule(static)
+  for (std::size_t r = 0; r < rows.row.size(); ++r) {
+    const unsigned char* at = m.data() + r * m.nx();
+    unsigned char any = 0, all = 1;
+#pragma omp simd reduction(| : any) reduction(& : all)
+    for (int i = 0; i < m.nx(); ++i) any |= at[i] != 0, all &= at[i] != 0;
+    rows.row[r] = all ? Share::kAll : any ? Share::kSome : Share::kNone;
+  }
+  return rows;
+}
+
 // out[i] = op(out[i], in[i])
 template <class Op>
 void combine_row(const unsigned char* __restrict in, int count, const Op& op,
@@ -30,28 +57,44 @@ void combine_row(const unsigned char* __restrict in, int count, const Op& op,
   for (int i = 0; i < count; ++i) out[i] = op(out[i], in[i]);
 }
 
-// out(c) = op over the points c + {first .. last}^3 that are in the lattice; `nothing` changes no
-// result.
+// out(c) = op over the points c + {first .. last}^3 that are in the lattice; `nothing`, as 0 or 1,
+// changes no result, and the other one is the result wherever it occurs.
 template <class Op>
-Mask combine(const Mask& in, int first, int last, unsigned char nothing, const Op& op) {
+Marks combine(const Mask& in, const Rows& rows, int first, int last, unsigned char nothing,
+              const Op& op) {
   const int nx = in.nx(), ny = in.ny(), nz = in.nz();
-  Mask out(nx, ny, nz);
+  Marks out{Mask(nx, ny, nz, Unfilled{}), {ny, std::vector<Share>(rows.row.size())}};
+  const Share same = nothing ? Share::kAll : Share::kNone,
+              other = nothing ? Share::kNone : Share::kAll;
 #pragma omp parallel
   {
     std::vector<unsigned char> line(nx + last - first, nothing);
-#pragma omp for schedule(static)
+#pragma omp for schedule(dynamic)
     for (int k = 0; k < nz; ++k)
       for (int j = 0; j < ny; ++j) {
-        const unsigned char* own = &in(0, j, k);
-        if (nothing && std::all_of(own, own + nx, [](unsigned char m) { return m == 0; })) continue;
+        Share& share = out.rows.row[j + static_cast<std::size_t>(ny) * k];
+        unsigned char* row = &out.mask(0, j, k);
+        const int k0 = std::max(k + first, 0), k1 = std::min(k + last, nz - 1),
+                  j0 = std::max(j + first, 0), j1 = std::min(j + last, ny - 1);
+        bool alike = true, settled = false;
+        for (int kk = k0; kk <= k1; ++kk)
+          for (int jj = j0; jj <= j1; ++jj) {
+            alike &= rows(jj, kk) == same;
+            settled |= rows(jj, kk) == other;
+          }
+        if (alike || settled) {
+          share = alike ? same : other;
+          std::fill_n(row, nx, share == Share::kAll);
+          continue;
+        }
         unsigned char* middle = line.data() - first;
         std::fill_n(middle, nx, nothing);
-        for (int kk = std::max(k + first, 0); kk <= std::min(k + last, nz - 1); ++kk)
-          for (int jj = std::max(j + first, 0); jj <= std::min(j + last, ny - 1); ++jj)
-            combine_row(&in(0, jj, kk), nx, op, middle);
-        std::fill_n(&out(0, j, k), nx, nothing);
+        for (int kk = k0; kk <= k1; ++kk)
+          for (int jj = j0; jj <= j1; ++jj) combine_row(&in(0, jj, kk), nx, op, middle);
+        std::fill_n(row, nx, nothing);
         for (int offset = first; offset <= last; ++offset)
-          combine_row(middle + offset, nx, op, &out(0, j, k));
+          combine_row(middle + offset, nx, op, row);
+        share = Share::kSome;
       }
   }
   return out;
@@ -65,11 +108,17 @@ constexpr auto kEither = [](unsigned char a, unsigned char b) {
 };
 
 // 1 where all eight corners of the interpolation cell at n are valid.
-Mask whole_stencils(const Mask& valid) { return combine(valid, 0, 1, 1, kBoth); }
+Mask whole_stencils(const Mask& valid, const Rows& rows) {
+  return combine(valid, rows, 0, 1, 1, kBoth).mask;
+}
 // 1 where all 27 points around are valid.
-Mask deep_inside(const Mask& valid) { return combine(valid, -1, 1, 1, kBoth); }
+Marks deep_inside(const Mask& valid, const Rows& rows) {
+  return combine(valid, rows, -1, 1, 1, kBoth);
+}
 // `target` and its 26 neighbours.
-Mask surroundings(const Mask& target) { return combine(target, -1, 1, 0, kEither); }
+Marks surroundings(const Mask& target) {
+  return combine(target, rows_of(target), -1, 1, 0, kEither);
+}
 
 // Velocity at MAC face (i,j,k) of axis A: its own component and the mean of the four around it.
 template <int A>
@@ -126,50 +175,50 @@ bool all_ones(const unsigned char* m) {
 
 bool none_zero(const unsigned char* m) { return std::memchr(m, 0, kBlock) == nullptr; }
 
-constexpr int kEnd = 2;  // points at the ends of the rows that blocks leave out
+constexpr int kEnd = 1;  // points at the ends of the rows that blocks leave out
 
 // body(i, j, k, n) for the marked points of a row, but for blocks that are `deep` inside and for
-// which block(first, n) does it; blocks may hold points that are not marked, and overlap.
+// which block(first, n) does it; blocks may hold points that are not marked, and overlap. `every`:
+// all of the row are marked.
 template <class BlockBody, class Body>
-void for_each_marked_of_row(const Mask& mask, const Mask& deep, int j, int k,
+void for_each_marked_of_row(const Mask& mask, bool every, const Marks& deep, int j, int k,
                             const BlockBody& block, const Body& body) {
   const std::size_t n = mask.index(0, j, k);
+  const bool all_deep = deep.rows(j, k) == Share::kAll;
   const int nx = mask.nx(), last = nx - kEnd - kBlock;
   for (int i = 0; i < nx;) {
-    if (!mask[n + i]) {
+    if (!every && !mask[n + i]) {
       ++i;
       continue;
     }
     const int first = std::min(i, last);
-    const bool whole = i >= kEnd && i < nx - kEnd && first >= kEnd && all_ones(&deep[n + first]);
+    const bool whole = i >= kEnd && i < nx - kEnd && first >= kEnd &&
+                       (all_deep || all_ones(&deep.mask[n + first]));
     if (whole && block(first, n + first)) {
       i = first + kBlock;
       continue;
     }
     for (const int end = whole ? std::min(i + kBlock, nx) : i + 1; i < end; ++i)
-      if (mask[n + i]) body(i, j, k, n + i);
+      if (every || mask[n + i]) body(i, j, k, n + i);
   }
 }
 
 // The same for all rows, block(row_of(j, k), i, j, k, n), in bars of rows whose neighbours above
 // and below are still in the cache when they are asked for.
 template <class RowOf, class BlockBody, class Body>
-void for_each_marked(const Mask& mask, const Mask& deep, const RowOf& row_of,
+void for_each_marked(const Mask& mask, const Rows& rows, const Marks& deep, const RowOf& row_of,
                      const BlockBody& block, const Body& body) {
   constexpr int kWide = 8, kHigh = 16;
-  const int nx = mask.nx(), ny = mask.ny(), nz = mask.nz();
+  const int ny = mask.ny(), nz = mask.nz();
 #pragma omp parallel for collapse(2) schedule(dynamic)
   for (int k0 = 0; k0 < nz; k0 += kHigh)
     for (int j0 = 0; j0 < ny; j0 += kWide)
       for (int k = k0; k < std::min(k0 + kHigh, nz); ++k)
         for (int j = j0; j < std::min(j0 + kWide, ny); ++j) {
-          const std::size_t n = mask.index(0, j, k);
-          unsigned char any = 0;
-          for (int i = 0; i < nx; ++i) any |= mask[n + i];
-          if (!any) continue;
+          if (rows(j, k) == Share::kNone) continue;
           const auto row = row_of(j, k);
           for_each_marked_of_row(
-              mask, deep, j, k,
+              mask, rows(j, k) == Share::kAll, deep, j, k,
               [&](int first, std::size_t at) { return block(row, first, j, k, at); }, body);
         }
 }
@@ -187,7 +236,7 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
   int at[3];
   double weight[3];
   for (int a = 0; a < 3; ++a) {
-    const double nearest = std::round(c[a]), off = std::abs(c[a] - nearest);
+    const double nearest = std::rint(c[a]), off = std::abs(c[a] - nearest);
     at[a] = std::clamp(to[a] - static_cast<int>(nearest), 0, size[a] - 1);
     weight[a] = std::min(off, 0.5 - off);
   }
@@ -205,12 +254,13 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
 }
 
 // The same for a block of points; false where the points nearest to the feet are not they
-// themselves.
-bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3], const Block c[3],
-                      Block& sum) {
+// themselves. `solved`: every point that is asked for is.
+ARCHETIDE_INLINE bool biharmonic_block(const Array3<double>& f, const Mask& valid, bool solved,
+                                       const int to[3], const Block c[3], Block& sum) {
   const std::size_t n = f.index(to[0], to[1], to[2]);
   const auto stride = strides(f);
   const int size[3] = {f.nx(), f.ny(), f.nz()};
+  if (n < 2 || n + kBlock + 2 > f.size()) return false;  // its neighbours' neighbours do not exist
   const double* p = f.data() + n;
   const unsigned char* v = valid.data() + n;
   Block here, weight[3];
@@ -226,22 +276,68 @@ bool biharmonic_block(const Array3<double>& f, const Mask& valid, const int to[3
   load(p, here);
   sum = Block{};
   for (int a = 0; a < 3; ++a) {
-    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;  // blocks leave out the ends
+    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;
     const std::ptrdiff_t s = stride[a];
-    BlockBytes solved = {};
-    for (int m = -2; m <= 2; ++m) {
-      BlockBytes b;
-      std::memcpy(&b, v + m * s, sizeof(b));
-      solved |= b ^ 1;
-    }
     Block low2, low, high, high2;
     load(p - 2 * s, low2), load(p - s, low);
     load(p + s, high), load(p + 2 * s, high2);
-    const BlockBits counts = __builtin_convertvector(solved == 0, BlockBits);
     const Block term = weight[a] * ((low2 + high2) - 4.0 * (low + high) + 6.0 * here);
+    if (solved) {
+      sum += term;
+      continue;
+    }
+    BlockBytes other = {};
+    if (a == 0)
+      for (int l = 0; l < kBlock; ++l) other[l] = to[0] + l < 2 || to[0] + l + 2 >= size[0];
+    for (int m = -2; m <= 2; ++m) {
+      BlockBytes b;
+      std::memcpy(&b, v + m * s, sizeof(b));
+      other |= b ^ 1;
+    }
+    const BlockBits counts = __builtin_convertvector(other == 0, BlockBits);
     sum += (Block)((BlockBits)term & counts);
   }
   return true;
+}
+
+// Points of a row from begin to before end.
+struct Stretch {
+  int begin = 0, end = 0;
+
+  bool holds(int first, int last) const { return first >= begin && last <= end; }
+};
+
+// The longest stretch of each row's solved points: all but the ends, or what is left beside bodies.
+std::vector<Stretch> solved_stretches(const Mask& valid) {
+  const int nx = valid.nx();
+  std::vector<Stretch> rows(static_cast<std::size_t>(valid.ny()) * valid.nz());
+#pragma omp parallel for schedule(static)
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const unsigned char* row = valid.data() + r * nx;
+    int solved = 0;
+#pragma omp simd reduction(+ : solved)
+    for (int i = 0; i < nx; ++i) solved += row[i] == 1;
+    if (solved == nx) rows[r] = {0, nx};
+    for (int i = 0; i < nx && solved > 0 && solved < nx; ++i) {
+      if (row[i] != 1) continue;
+      const int begin = i;
+      while (i < nx && row[i] == 1) ++i;
+      if (i - begin > rows[r].end - rows[r].begin) rows[r] = {begin, i};
+    }
+  }
+  return rows;
+}
+
+// What is solved of row (j, k) and of the rows up to two points away along y and z.
+Stretch solved_around(const Mask& valid, const std::vector<Stretch>& rows, int j, int k) {
+  Stretch common{0, valid.nx()};
+  const auto meet = [&](int jj, int kk) {
+    const Stretch& s = rows[jj + static_cast<std::size_t>(valid.ny()) * kk];
+    common = {std::max(common.begin, s.begin), std::min(common.end, s.end)};
+  };
+  for (int m = std::max(j - 2, 0); m <= std::min(j + 2, valid.ny() - 1); ++m) meet(m, k);
+  for (int m = std::max(k - 2, 0); m <= std::min(k + 2, valid.nz() - 1); ++m) meet(j, m);
+  return common;
 }
 
 // A path's sides, or that its corner is in `foot`.
@@ -281,25 +377,34 @@ class ComponentAdvection {
 
   // First order, also one face beyond the target, whose values the way back reads.
   void go_there(const Mask& target) {
+    const Marks wanted = surroundings(target);
     for_each_marked(
-        surroundings(target), deep_inside(valid), row_of(),
+        wanted.mask, wanted.rows, deep_inside(valid, valid_rows),
+        [this](int j, int k) { return PathRow<A>(g, u, j, k); },
         [&](const PathRow<A>& row, int i, int, int, std::size_t n) {
           return first_block(row, i, n);
         },
         [&](int i, int j, int k, std::size_t n) { first_point(i, j, k, n); });
-    whole_hat = whole_stencils(hat_valid);
+    hat_rows = rows_of(hat_valid);
+    whole_hat = whole_stencils(hat_valid, hat_rows);
     first_order.values = scratch.hat.get();
   }
 
   // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at
   // the foot.
   void come_back(const Mask& target, Array3<double>& result) const {
+    const Rows wanted = rows_of(target);
+    const std::vector<Stretch> solved = solved_stretches(valid);
     for_each_marked(
-        target, deep_inside(hat_valid), row_of(),
-        [&](const PathRow<A>& row, int i, int j, int k, std::size_t n) {
+        target, wanted, deep_inside(hat_valid, hat_rows),
+        [&](int j, int k) {
+          return RowBack{
+              {g, u, j, k}, solved_around(valid, solved, j, k), wanted(j, k) == Share::kAll};
+        },
+        [&](const RowBack& row, int i, int j, int k, std::size_t n) {
           Block value;
           if (!second_block(row, i, j, k, n, value)) return false;
-          if (all_ones(&target[n]))
+          if (row.wanted || all_ones(&target[n]))
             store(value, &result[n]);
           else
             for (int l = 0; l < kBlock; ++l)
@@ -310,9 +415,10 @@ class ComponentAdvection {
   }
 
  private:
-  auto row_of() const {
-    return [this](int j, int k) { return PathRow<A>(g, u, j, k); };
-  }
+  struct RowBack : PathRow<A> {
+    Stretch solved;  // and its neighbours
+    bool wanted;     // every face
+  };
 
   bool first_block(const PathRow<A>& row, int i, std::size_t n) {
     Block v[3], d[3];
@@ -358,7 +464,7 @@ class ComponentAdvection {
     return kUpwind * biharmonic(f, valid, to, c);
   }
 
-  bool second_block(const PathRow<A>& row, int i, int j, int k, std::size_t n, Block& value) const {
+  bool second_block(const RowBack& row, int i, int j, int k, std::size_t n, Block& value) const {
     Block v[3], d[3];
     row.fetch_ahead(i);
     row.velocities(i, v);
@@ -372,7 +478,9 @@ class ComponentAdvection {
     interpolate_block(&scratch.hat[n], steps, d, sides, back);
     std::uint64_t at_foot;
     std::memcpy(&at_foot, &scratch.side[n], sizeof(at_foot));
-    const bool one_by_one = (at_foot & kFootByte * kEachByte) != 0 || !none_zero(&valid[n]);
+    const bool solved = row.solved.holds(i - 2, i + kBlock + 2);
+    const bool one_by_one =
+        (at_foot & kFootByte * kEachByte) != 0 || !(solved || none_zero(&valid[n]));
     if (one_by_one) {
       for (int l = 0; l < kBlock; ++l)
         value[l] = valid[n + l] ? corrected(i + l, j, k, n + l, back[l], damping(i + l, j, k))
@@ -382,7 +490,7 @@ class ComponentAdvection {
     Block low, high, first, old, damped;
     for (int a = 0; a < 3; ++a) v[a] *= h;
     const int to[3] = {i, j, k};
-    if (biharmonic_block(f, valid, to, v, damped))
+    if (biharmonic_block(f, valid, solved, to, v, damped))
       damped *= kUpwind;
     else
       for (int l = 0; l < kBlock; ++l) damped[l] = damping(i + l, j, k);
@@ -411,8 +519,10 @@ class ComponentAdvection {
   Scratch& scratch;
   const MacSampler sampler{g, u};
   const Lattice source{f};
-  const Mask whole = whole_stencils(valid);
+  const Rows valid_rows = rows_of(valid);
+  const Mask whole = whole_stencils(valid, valid_rows);
   Mask hat_valid{f.nx(), f.ny(), f.nz()}, whole_hat;
+  Rows hat_rows;
   Lattice first_order{f};
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -22,13 +23,39 @@ bool known(const Mask& valid, int n, int layer) { return valid[n] != 0 && valid[
 
 // Invalid points with a valid neighbour.
 std::vector<int> first_frontier(const Mask& valid) {
-  const auto is_valid = [&](std::size_t n) { return valid[n] != 0; };
-  return collect_cells_at_changes(valid, is_valid, [&](int i, int j, int k, int n) {
-    if (valid[n]) return false;
-    bool touches = false;
-    for_each_neighbour(valid, {i, j, k}, n, [&](int, int, int m) { touches |= valid[m] != 0; });
-    return touches;
-  });
+  const int nx = valid.nx(), ny = valid.ny(), nz = valid.nz();
+  const std::size_t layer = static_cast<std::size_t>(nx) * ny;
+  std::vector<std::vector<int>> parts(nz);
+#pragma omp parallel
+  {
+    std::vector<unsigned char> touches(nx);
+#pragma omp for schedule(dynamic)
+    for (int k = 0; k < nz; ++k)
+      for (int j = 0; j < ny; ++j) {
+        const unsigned char* row = &valid(0, j, k);
+        if (!std::memchr(row, 0, nx)) continue;
+        const unsigned char *south = j > 0 ? row - nx : row, *north = j + 1 < ny ? row + nx : row,
+                            *down = k > 0 ? row - layer : row, *up = k + 1 < nz ? row + layer : row;
+        unsigned char* found = touches.data();
+#pragma omp simd
+        for (int i = 0; i < nx; ++i) found[i] = south[i] | north[i] | down[i] | up[i];
+#pragma omp simd
+        for (int i = 1; i < nx; ++i) found[i] |= row[i - 1];
+#pragma omp simd
+        for (int i = 1; i < nx; ++i) found[i - 1] |= row[i];
+        unsigned char any = 0;
+#pragma omp simd reduction(| : any)
+        for (int i = 0; i < nx; ++i) {
+          found[i] = (row[i] == 0) & (found[i] != 0);
+          any |= found[i];
+        }
+        if (!any) continue;
+        const auto first = static_cast<int>(valid.index(0, j, k));
+        for (int i = 0; i < nx; ++i)
+          if (found[i]) parts[k].push_back(first + i);
+      }
+  }
+  return concatenate(parts);
 }
 
 // The points of the layers around the valid ones, the n-th (from 1) marked n + 1.
@@ -110,9 +137,16 @@ double linear_extension(const Array3<double>& f, const Mask& valid, int n, int l
 }
 
 void zero_invalid(Array3<double>& f, const Mask& valid) {
-#pragma omp parallel for
-  for (std::size_t n = 0; n < f.size(); ++n)
-    if (!valid[n]) f[n] = 0.0;
+  const int rows = valid.ny() * valid.nz(), nx = valid.nx();
+  constexpr int kAtOnce = 64;  // in turn: those of the water are left alone
+#pragma omp parallel for schedule(static, kAtOnce)
+  for (int r = 0; r < rows; ++r) {
+    const unsigned char* known = valid.data() + static_cast<std::size_t>(r) * nx;
+    if (!std::memchr(known, 0, nx)) continue;
+    double* values = f.data() + static_cast<std::size_t>(r) * nx;
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) values[i] = known[i] ? values[i] : 0.0;
+  }
 }
 
 // How far the slope of the line through `near` and `far` can be believed: near the interface, or
@@ -153,12 +187,36 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, int l
   return std::abs(phi[n] - mean) <= 1.5 * dx && (phi[n] < 0) == (mean < 0) ? phi[n] : mean;
 }
 
-// Open cells next to which the surface stands in the open.
-std::vector<int> cells_at_surface(const Array3<double>& phi, const Mask& solid) {
+// Whether the rows (j, k) and those up to `reach` from them along y and z hold solid cells.
+std::vector<char> rows_near_solids(const Mask& solid, int reach) {
+  const int nx = solid.nx(), ny = solid.ny(), nz = solid.nz();
+  std::vector<char> own(static_cast<std::size_t>(ny) * nz), near(own.size(), 0);
+#pragma omp parallel for schedule(static)
+  for (std::size_t r = 0; r < own.size(); ++r) {
+    const unsigned char* row = solid.data() + r * nx;
+    unsigned char any = 0;
+#pragma omp simd reduction(| : any)
+    for (int i = 0; i < nx; ++i) any |= row[i];
+    own[r] = any != 0;
+  }
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j) {
+      if (!own[j + static_cast<std::size_t>(ny) * k]) continue;
+      for (int kk = std::max(k - reach, 0); kk <= std::min(k + reach, nz - 1); ++kk)
+        for (int jj = std::max(j - reach, 0); jj <= std::min(j + reach, ny - 1); ++jj)
+          near[jj + static_cast<std::size_t>(ny) * kk] = 1;
+    }
+  return near;
+}
+
+// Open cells next to which the surface stands in the open, in rows near solids.
+std::vector<int> cells_at_surface(const Array3<double>& phi, const Mask& solid,
+                                  const std::vector<char>& near) {
   return collect_cells_at_changes(
       phi, [&](std::size_t n) { return phi[n] < 0.0; },
       [&](int i, int j, int k, int n) {
-        return crosses_in_the_open(phi, solid, {i, j, k}, n);
+        return near[j + static_cast<std::size_t>(phi.ny()) * k] &&
+               crosses_in_the_open(phi, solid, {i, j, k}, n);
       });
 }
 
@@ -183,10 +241,15 @@ double trusted_lines(const Array3<double>& phi, const Mask& valid, int n, double
 
 Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
   constexpr double kReach = 2.5;  // dx, from the surface: the cells that say where it is
-  Mask sheet(solid.nx(), solid.ny(), solid.nz(), 0), valid = sheet;
+  constexpr int kRead = 4;  // cells from a solid to the farthest that is asked for it, and one more
+  Mask sheet;
   if (solid.size() == 0) return sheet;
+  const std::vector<char> near = rows_near_solids(solid, kRead);
+  if (std::find(near.begin(), near.end(), 1) == near.end()) return sheet;
+  sheet = Mask(solid.nx(), solid.ny(), solid.nz(), 0);
+  Mask valid(solid.nx(), solid.ny(), solid.nz(), 0);
   std::vector<int> front;
-  for (const int n : cells_at_surface(phi, solid))
+  for (const int n : cells_at_surface(phi, solid, near))
     for_each_around(solid, unravel(phi, n), [&](int m) {
       if (!solid[m] && !valid[m]) valid[m] = 1, front.push_back(m);
     });
@@ -235,10 +298,12 @@ void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsign
 void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int layers,
                       double band, const Mask& sheet) {
   if (solid.size() == 0) return;
-  Mask valid(solid.nx(), solid.ny(), solid.nz());
-#pragma omp parallel for
+  Mask valid(solid.nx(), solid.ny(), solid.nz(), Unfilled{});
+  const unsigned char *closed = solid.data(), *seen = sheet.size() != 0 ? sheet.data() : nullptr;
+  unsigned char* marks = valid.data();
+#pragma omp parallel for simd schedule(static)
   for (std::size_t n = 0; n < solid.size(); ++n)
-    valid[n] = solid[n] == 0 || (sheet.size() != 0 && sheet[n] != 0);
+    marks[n] = closed[n] == 0 || (seen && seen[n] != 0);
   fill_layers(phi, grow_layers(valid, layers), [&](int n, int layer) {
     const double value = line_extension(phi, valid, n, layer, g.dx, band);
     return unless_rounding(phi[n], value, kUnchanged * g.dx);

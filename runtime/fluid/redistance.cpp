@@ -156,17 +156,24 @@ struct Front {
       : dx(dx_),
         band(band_),
         stride{1, phi.nx() + 2 * kRim, (phi.nx() + 2 * kRim) * (phi.ny() + 2 * kRim)},
-        distance(phi.nx() + 2 * kRim, phi.ny() + 2 * kRim, phi.nz() + 2 * kRim,
-                 std::numeric_limits<double>::quiet_NaN()),
-        marks(distance.nx(), distance.ny(), distance.nz(), kClosed) {
+        distance(phi.nx() + 2 * kRim, phi.ny() + 2 * kRim, phi.nz() + 2 * kRim, Unfilled{}),
+        marks(distance.nx(), distance.ny(), distance.nz(), Unfilled{}) {
+    const int nx = phi.nx(), wide = distance.nx();
 #pragma omp parallel for collapse(2)
-    for (int k = 0; k < phi.nz(); ++k)
-      for (int j = 0; j < phi.ny(); ++j) {
-        const double* from = phi.data() + phi.index(0, j, k);
-        const std::size_t first = index(0, j, k);
-        for (int i = 0; i < phi.nx(); ++i)
-          distance[first + i] = from[i] + (wet(from[i]) ? -band : band),
-                           marks[first + i] = kUnreached;
+    for (int k = 0; k < distance.nz(); ++k)
+      for (int j = 0; j < distance.ny(); ++j) {
+        double* to = &distance(0, j, k);
+        unsigned char* mark = &marks(0, j, k);
+        const bool in_tank = j >= kRim && j < phi.ny() + kRim && k >= kRim && k < phi.nz() + kRim;
+        std::fill_n(mark, wide, kClosed);
+        std::fill_n(to, in_tank ? kRim : wide, std::numeric_limits<double>::quiet_NaN());
+        if (!in_tank) continue;
+        std::fill_n(to + wide - kRim, kRim, std::numeric_limits<double>::quiet_NaN());
+        std::fill_n(mark + kRim, nx, kUnreached);
+        const double *from = &phi(0, j - kRim, k - kRim), far = band;
+        double* inner = to + kRim;
+#pragma omp simd
+        for (int i = 0; i < nx; ++i) inner[i] = from[i] + (from[i] < 0.0 ? -far : far);
       }
   }
   std::size_t index(int i, int j, int k) const {

@@ -5,20 +5,50 @@
 namespace archetide {
 namespace {
 
-// Calls marked(first, last) for the rows along x of the mask in which anything is marked, and
-// bare(first, last) for the others: of the air nothing else is read.
+// Calls marked(first, count) for the rows along x of the mask in which anything is marked, and
+// bare(first, count) for the others: of the air nothing else is read.
 template <class Marked, class Bare>
 void for_each_row(const Array3<unsigned char>& mask, const Marked& marked, const Bare& bare) {
-  const int rows = mask.ny() * mask.nz();
-#pragma omp parallel for schedule(static)
+  const int rows = mask.ny() * mask.nz(), nx = mask.nx();
+  constexpr int kAtOnce = 64;  // in turn: the upper rows are air
+#pragma omp parallel for schedule(static, kAtOnce)
   for (int row = 0; row < rows; ++row) {
-    const std::size_t first = static_cast<std::size_t>(row) * mask.nx(), last = first + mask.nx();
+    const std::size_t first = static_cast<std::size_t>(row) * nx;
+    const unsigned char* marks = mask.data() + first;
     unsigned char any = 0;
-    for (std::size_t n = first; n < last; ++n) any |= mask[n];
+#pragma omp simd reduction(| : any)
+    for (int i = 0; i < nx; ++i) any |= marks[i];
     if (any)
-      marked(first, last);
+      marked(first, nx);
     else
-      bare(first, last);
+      bare(first, nx);
+  }
+}
+
+// Rows of `count` faces; the compiler makes vector code of these with pointers of their own only.
+void continue_row(const double* u, const double* old, const unsigned char* solved, double steps,
+                  int count, double* to) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const double change = u[i] - old[i];
+    to[i] = u[i] + steps * (solved[i] == 1 ? change : 0.0);
+  }
+}
+
+void subtract_row(const double* from, const unsigned char* solved, int count, double* to) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const double change = to[i] - from[i];
+    to[i] = solved[i] == 1 ? change : 0.0;
+  }
+}
+
+void add_row(const double* from, double factor, const unsigned char* wanted, int count,
+             double* to) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const double more = factor * from[i];
+    to[i] += wanted[i] ? more : 0.0;
   }
 }
 
@@ -28,48 +58,65 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out) {
   for (int a = 0; a < 3; ++a) {
     const double *u = now[a].data(), *old = before[a].data();
-    const unsigned char* solved = valid[a].data();
     double* to = out[a].data();
     for_each_row(
         valid[a],
-        [&](std::size_t first, std::size_t last) {
-#pragma omp simd
-          for (std::size_t n = first; n < last; ++n)
-            to[n] = u[n] + steps * (solved[n] == 1 ? u[n] - old[n] : 0.0);
+        [&](std::size_t n, int count) {
+          continue_row(u + n, old + n, valid[a].data() + n, steps, count, to + n);
         },
-        [&](std::size_t first, std::size_t last) { std::copy(u + first, u + last, to + first); });
+        [&](std::size_t n, int count) { std::copy_n(u + n, count, to + n); });
+  }
+}
+
+void start_reflection(const MacField& before, double steps, const MacField& push,
+                      const FaceField<unsigned char>& valid, MacField& u, MacField& out) {
+  for (int a = 0; a < 3; ++a)
+    for_each_row(
+        valid[a],
+        [&](std::size_t n, int count) {
+          const unsigned char* marks = valid[a].data() + n;
+          double* here = u[a].data() + n;
+          continue_row(here, before[a].data() + n, marks, steps, count, out[a].data() + n);
+          add_row(push[a].data() + n, -1.0, marks, count, here);
+        },
+        [&](std::size_t n, int count) { std::copy_n(u[a].data() + n, count, out[a].data() + n); });
+}
+
+void end_reflection(const MacField& push, const FaceField<unsigned char>& valid,
+                    const FaceField<unsigned char>& target, MacField& u, MacField& u_star) {
+  for (int a = 0; a < 3; ++a) {
+    const auto add_to_target = [&](std::size_t n, int count) {
+      add_row(push[a].data() + n, 2.0, target[a].data() + n, count, u_star[a].data() + n);
+    };
+    for_each_row(
+        valid[a],
+        [&](std::size_t n, int count) {
+          add_row(push[a].data() + n, 1.0, valid[a].data() + n, count, u[a].data() + n);
+          add_to_target(n, count);
+        },
+        add_to_target);
   }
 }
 
 void subtract_solved(const MacField& u, const FaceField<unsigned char>& valid, MacField& push) {
-  for (int a = 0; a < 3; ++a) {
-    const double* from = u[a].data();
-    const unsigned char* solved = valid[a].data();
-    double* to = push[a].data();
+  for (int a = 0; a < 3; ++a)
     for_each_row(
         valid[a],
-        [&](std::size_t first, std::size_t last) {
-#pragma omp simd
-          for (std::size_t n = first; n < last; ++n) to[n] = solved[n] == 1 ? to[n] - from[n] : 0.0;
+        [&](std::size_t n, int count) {
+          subtract_row(u[a].data() + n, valid[a].data() + n, count, push[a].data() + n);
         },
-        [&](std::size_t first, std::size_t last) { std::fill(to + first, to + last, 0.0); });
-  }
+        [&](std::size_t n, int count) { std::fill_n(push[a].data() + n, count, 0.0); });
 }
 
 void add_push(const MacField& push, double factor, const FaceField<unsigned char>& target,
               MacField& u) {
-  for (int a = 0; a < 3; ++a) {
-    const double* from = push[a].data();
-    const unsigned char* wanted = target[a].data();
-    double* to = u[a].data();
+  for (int a = 0; a < 3; ++a)
     for_each_row(
         target[a],
-        [&](std::size_t first, std::size_t last) {
-#pragma omp simd
-          for (std::size_t n = first; n < last; ++n) to[n] += wanted[n] ? factor * from[n] : 0.0;
+        [&](std::size_t n, int count) {
+          add_row(push[a].data() + n, factor, target[a].data() + n, count, u[a].data() + n);
         },
-        [](std::size_t, std::size_t) {});
-  }
+        [](std::size_t, int) {});
 }
 
 }  // namespace archetide

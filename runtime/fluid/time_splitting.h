@@ -18,6 +18,15 @@ namespace archetide {
 void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
+/// Both ends of the reflection around the advection of `u` by out: continue_in_time(u, before,
+/// steps, valid, out) and u -= push where valid != 0 ..
+void start_reflection(const MacField& before, double steps, const MacField& push,
+                      const FaceField<unsigned char>& valid, MacField& u, MacField& out);
+/// .. and, with u advected to u_star, u += push where valid != 0 and u_star += 2 push where target
+/// != 0.
+void end_reflection(const MacField& push, const FaceField<unsigned char>& valid,
+                    const FaceField<unsigned char>& target, MacField& u, MacField& u_star);
+
 /// push = push - u on faces with valid == 1, 0 elsewhere: what a solve took from the velocity that
 /// `push` held.
 void subtract_solved(const MacField& u, const FaceField<unsigned char>& valid, MacField& push);

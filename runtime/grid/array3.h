@@ -2,11 +2,34 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "common/types.h"
 
 namespace archetide {
+
+/// What a vector makes of its own accord holds no value yet.
+template <class T>
+struct UnfilledAllocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UnfilledAllocator<U>;
+  };
+  template <class U>
+  void construct(U* p) {
+    ::new (static_cast<void*>(p)) U;
+  }
+  template <class U, class... Args>
+  void construct(U* p, Args&&... args) {
+    ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
+  }
+};
+
+/// An array whose values its owner is about to write.
+struct Unfilled {};
 
 /// A dense nx x ny x nz array, x fastest.
 template <class T>
@@ -14,14 +37,17 @@ class Array3 {
  public:
   Array3() = default;
   Array3(int nx, int ny, int nz, T value = T()) { resize(nx, ny, nz, value); }
+  Array3(int nx, int ny, int nz, Unfilled)
+      : nx_(nx), ny_(ny), nz_(nz), data_(static_cast<std::size_t>(nx) * ny * nz) {}
   void resize(int nx, int ny, int nz, T value = T()) {
     nx_ = nx, ny_ = ny, nz_ = nz;
-    data_.assign(static_cast<std::size_t>(nx) * ny * nz, value);
+    data_.resize(static_cast<std::size_t>(nx) * ny * nz);
+    fill(value);
   }
   /// The same array with nz layers: those that it has stay, further ones hold `value`.
   void set_layers(int nz, T value = T()) {
     const std::size_t layer = static_cast<std::size_t>(nx_) * ny_;
-    std::vector<T> layers;
+    Values layers;
     layers.reserve(layer * nz);
     const std::size_t kept = layer * std::min(nz, nz_);
     layers.assign(data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(kept));
@@ -29,7 +55,14 @@ class Array3 {
     data_.swap(layers);
     nz_ = nz;
   }
-  void fill(T value) { data_.assign(data_.size(), value); }
+  /// On all threads.
+  void fill(T value) {
+    constexpr std::size_t kParallelBytes = 1 << 16;
+    T* values = data_.data();
+    const std::size_t count = data_.size();
+#pragma omp parallel for simd schedule(static) if (count * sizeof(T) > kParallelBytes)
+    for (std::size_t n = 0; n < count; ++n) values[n] = value;
+  }
   int nx() const { return nx_; }
   int ny() const { return ny_; }
   int nz() const { return nz_; }
@@ -53,7 +86,8 @@ class Array3 {
 
  private:
   int nx_ = 0, ny_ = 0, nz_ = 0;
-  std::vector<T> data_;
+  using Values = std::vector<T, UnfilledAllocator<T>>;
+  Values data_;
 };
 
 /// to = from, on all threads.
@@ -66,9 +100,12 @@ void copy_values(const std::vector<T>& from, std::vector<T>& to) {
 template <class T>
 void copy_values(const Array3<T>& from, Array3<T>& to) {
   if (to.nx() != from.nx() || to.ny() != from.ny() || to.nz() != from.nz())
-    to.resize(from.nx(), from.ny(), from.nz());
+    to = Array3<T>(from.nx(), from.ny(), from.nz(), Unfilled{});
+  const T* read = from.data();  // bytes that are written might be what an array says of itself
+  T* written = to.data();
+  const std::size_t count = from.size();
 #pragma omp parallel for simd schedule(static)
-  for (std::size_t n = 0; n < from.size(); ++n) to[n] = from[n];
+  for (std::size_t n = 0; n < count; ++n) written[n] = read[n];
 }
 
 }  // namespace archetide

@@ -84,10 +84,14 @@ void close_sides(const Grid& g, const Sides& open_side, FaceField<double>& field
   for (int side = 0; side < 6; ++side) {
     if (open_side[side]) continue;
     const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    Vec3i f = Vec3i::Zero();
-    f[axis] = side % 2 ? g.size(axis) : 0;
-    for (f[c] = 0; f[c] < g.size(c); ++f[c])
-      for (f[b] = 0; f[b] < g.size(b); ++f[b]) field[axis](f[0], f[1], f[2]) = 0.0;
+    Array3<double>& component = field[axis];
+#pragma omp parallel for schedule(static)
+    for (int n = 0; n < g.size(c); ++n) {
+      Vec3i f;
+      f[axis] = side % 2 ? g.size(axis) : 0;
+      f[c] = n;
+      for (f[b] = 0; f[b] < g.size(b); ++f[b]) component(f[0], f[1], f[2]) = 0.0;
+    }
   }
 }
 

@@ -117,9 +117,7 @@ void MultigridLevel::set_ghost_kinds() {
 }
 
 void MultigridLevel::count_unknowns() {
-  unknowns = 0;
-  for (int k = 0; k < nz; ++k)
-    for (const Segment& s : rows.plane(k)) unknowns += s.end - s.begin;
+  unknowns = rows.unknowns();
   parallel = unknowns >= kParallelCells;
 }
 

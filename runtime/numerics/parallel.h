@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace archetide {
 
@@ -30,15 +31,32 @@ inline int strip_rows(int stages, std::size_t row_bytes) {
   return std::max(8, static_cast<int>(kCache / ((stages + 2) * row_bytes)) & ~1);
 }
 
+/// Limits (even, slabs + 1) of slabs of at least `narrowest` (even) planes that share work(plane)
+/// evenly: most of a box may be air.
+template <class Work>
+std::vector<int> slab_limits(int planes, int slabs, int narrowest, const Work& work) {
+  std::size_t total = 0, done = 0;
+  for (int k = 0; k < planes; ++k) total += work(k);
+  std::vector<int> limits(slabs + 1, planes);
+  int k = limits[0] = 0;
+  for (int s = 1; s < slabs; ++s) {
+    const int first = limits[s - 1] + narrowest, last = (planes & ~1) - narrowest * (slabs - s);
+    while (k < last && (k < first || k % 2 != 0 || done * slabs < total * s)) done += work(k++);
+    limits[s] = k;
+  }
+  return limits;
+}
+
 /// Stages 0 .. stages - 1 on `rows` rows of `planes` planes, as stage(s, plane, first row, end
 /// row), where stage s of a row needs stage s - 1 of the row and of its neighbours in the plane and
 /// in both planes beside it. Stages follow each other one plane apart on strips of `strip` rows
 /// (even), so that rows are still in cache when their next stage comes; a stage's strip begins one
 /// row before that of the stage before. With threads, each owns a slab: first the part of the slab
 /// that depends on nothing outside, then, after a barrier, the wedges around the slab limits (which
-/// are even).
-template <class F>
-void wavefront(int planes, int rows, int strip, int stages, bool parallel, F&& stage) {
+/// are even). Slabs share work(plane), say its unknowns.
+template <class Work, class F>
+void wavefront(int planes, int rows, int strip, int stages, bool parallel, const Work& work,
+               F&& stage) {
   // Stage s of the strip that begins with row j; the same rows whoever works on them.
   const auto strip_stage = [&](int s, int k, int j) {
     const int first = j == 0 ? 0 : j - s, last = j + strip >= rows ? rows : j + strip - s;
@@ -53,23 +71,22 @@ void wavefront(int planes, int rows, int strip, int stages, bool parallel, F&& s
           if (k >= begin + s * grow_low && k < end + s * grow_high) strip_stage(s, k, j);
         }
   };
-  const int slabs = parallel ? std::min(omp_get_max_threads(), planes / (3 * stages)) : 1;
+  const int narrowest = 3 * stages & ~1;  // wedges of stages - 1 planes to both sides stay apart
+  const int slabs = parallel ? std::min(omp_get_max_threads(), planes / narrowest) : 1;
   if (slabs <= 1) {
     sweep(0, planes, 0, 0);
     return;
   }
-  const auto limit = [&](int slab) {
-    return slab == slabs ? planes : static_cast<int>(2LL * (planes / 2) * slab / slabs) & ~1;
-  };
+  const std::vector<int> limit = slab_limits(planes, slabs, narrowest, work);
 #pragma omp parallel num_threads(slabs)
   {
 #pragma omp for schedule(static)
     for (int slab = 0; slab < slabs; ++slab)
-      sweep(limit(slab), limit(slab + 1), slab > 0 ? 1 : 0, slab + 1 < slabs ? -1 : 0);
+      sweep(limit[slab], limit[slab + 1], slab > 0 ? 1 : 0, slab + 1 < slabs ? -1 : 0);
 #pragma omp for schedule(static)
     for (int slab = 1; slab < slabs; ++slab)
       for (int s = 1; s < stages; ++s)
-        for (int k = limit(slab) - s; k < limit(slab) + s; ++k)
+        for (int k = limit[slab] - s; k < limit[slab] + s; ++k)
           for (int j = 0; j < rows; j += strip) strip_stage(s, k, j);
   }
 }

@@ -98,10 +98,9 @@ void PoissonOperator::setup(const PoissonMatrix& matrix) {
 
   // Per plane the vectors matter from the first to the last unknown.
   blocks_.clear();
-  unknowns_ = 0;
+  unknowns_ = rows_.unknowns();
   for (int k = 0; k < a.nz; ++k) {
     const auto& plane = rows_.plane(k);
-    for (const Segment& s : plane) unknowns_ += s.end - s.begin;
     if (!plane.empty())
       blocks_.add(a.kind.index(plane.front().begin, plane.front().j, k),
                   a.kind.index(plane.back().end - 1, plane.back().j, k) + 1);

@@ -1,14 +1,23 @@
 #include "runtime/numerics/row_segments.h"
 
+#include <algorithm>
+#include <numeric>
+
 namespace archetide {
 
 void RowSegments::reset(int planes) {
   planes_.resize(planes);
   for (auto& plane : planes_) plane.clear();
+  unknowns_.assign(planes, 0);
+}
+
+std::size_t RowSegments::unknowns() const {
+  return std::accumulate(unknowns_.begin(), unknowns_.end(), std::size_t{0});
 }
 
 void RowSegments::add_row(int k, int j, const RowCell* cells, int n) {
   std::vector<Segment>& out = planes_[k];
+  unknowns_[k] += n - std::count(cells, cells + n, kNoUnknown);
   const auto uniform = [&](int i) {
     return i < n && cells[i] != kNoUnknown && cells[i] != kGeneral;
   };
@@ -40,7 +49,8 @@ void RowSegments::add_row(int k, int j, const RowCell* cells, int n) {
 }
 
 std::size_t RowSegments::bytes() const {
-  std::size_t total = planes_.capacity() * sizeof(planes_[0]);
+  std::size_t total =
+      planes_.capacity() * sizeof(planes_[0]) + unknowns_.capacity() * sizeof(unknowns_[0]);
   for (const auto& plane : planes_) total += plane.capacity() * sizeof(Segment);
   return total;
 }

@@ -33,10 +33,16 @@ class RowSegments {
   void reset(int planes);
   /// Appends the segments of row j of plane k; calls of one plane come with ascending j.
   void add_row(int k, int j, const RowCell* cells, int n);
-  void add(int k, const Segment& segment) { planes_[k].push_back(segment); }
+  void add(int k, const Segment& segment) {
+    planes_[k].push_back(segment);
+    unknowns_[k] += segment.end - segment.begin;
+  }
 
   int planes() const { return static_cast<int>(planes_.size()); }
   const std::vector<Segment>& plane(int k) const { return planes_[k]; }
+  /// Of plane k.
+  std::size_t unknowns(int k) const { return unknowns_[k]; }
+  std::size_t unknowns() const;
   /// Those of rows first <= j < end of plane k.
   std::span<const Segment> rows(int k, int first, int end) const {
     const auto at = [&](int j) {
@@ -49,6 +55,7 @@ class RowSegments {
 
  private:
   std::vector<std::vector<Segment>> planes_;
+  std::vector<std::size_t> unknowns_;  // of each plane
 };
 
 }  // namespace archetide

@@ -22,28 +22,30 @@ inline MultigridLevel::Ahead ahead_of_stage(int stage) {
 template <class Level, class Start>
 void descend(Level& level, Level& coarse, Start&& start) {
   constexpr int kStages = 5;
-  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-            [&](int stage, int k, int first, int end) {
-              const MultigridLevel::Rows rows{k, first, end};
-              if (stage == 0) return start(rows);
-              if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed,
-                          ahead_of_stage(stage));
-            });
+  wavefront(
+      level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
+      [&](int k) { return level.unknowns_of(k); },
+      [&](int stage, int k, int first, int end) {
+        const MultigridLevel::Rows rows{k, first, end};
+        if (stage == 0) return start(rows);
+        if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
+        level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(stage));
+      });
 }
 
 /// The correction, then black, red, black, red; finish(rows) where that is done.
 template <class Level, class Finish>
 void ascend(Level& level, const Level& coarse, Finish&& finish) {
   constexpr int kStages = 5;
-  wavefront(level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-            [&](int stage, int k, int first, int end) {
-              const MultigridLevel::Rows rows{k, first, end};
-              if (stage == 0) return level.prolong(rows, coarse);
-              level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed,
-                          ahead_of_stage(stage));
-              if (stage == kStages - 1) finish(rows);
-            });
+  wavefront(
+      level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
+      [&](int k) { return level.unknowns_of(k); },
+      [&](int stage, int k, int first, int end) {
+        const MultigridLevel::Rows rows{k, first, end};
+        if (stage == 0) return level.prolong(rows, coarse);
+        level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(stage));
+        if (stage == kStages - 1) finish(rows);
+      });
 }
 
 }  // namespace archetide
