@@ -154,8 +154,19 @@ std::vector<int> collect_from(const std::vector<int>& list, const Add& add) {
 /// threads.
 inline std::vector<int> next_front(const Array3<unsigned char>& mark, const std::vector<int>& front,
                                    unsigned char last) {
+  const int sy = mark.nx(), sz = mark.nx() * mark.ny(), beside[6] = {-1, 1, -sy, sy, -sz, sz};
+  const auto deep = [&](int i, int count) { return i >= 2 && i < count - 2; };
   return collect_from(front, [&](int n, std::vector<int>& out) {
     const Ijk c = unravel(mark, n);
+    if (deep(c.i, mark.nx()) && deep(c.j, mark.ny()) && deep(c.k, mark.nz())) {
+      for (const int step : beside) {
+        if (mark[n + step]) continue;
+        const auto* from = std::find_if(beside, beside + 6,
+                                        [&](int back) { return mark[n + step + back] == last; });
+        if (*from == -step) out.push_back(n + step);
+      }
+      return;
+    }
     for_each_neighbour(mark, c, n, [&](int axis, int side, int m) {
       if (mark[m]) return;
       const Ijk at = {c.i + (axis == 0) * side, c.j + (axis == 1) * side, c.k + (axis == 2) * side};
