@@ -116,6 +116,16 @@ std::vector<VecX> no_forces(const WetSurface& surface) {
   return forces;
 }
 
+std::vector<VecX> sum_of_parts(const WetSurface& surface,
+                               const std::vector<std::vector<VecX>>& parts) {
+  std::vector<VecX> sum = no_forces(surface);
+  for (std::size_t m = 0; m < sum.size(); ++m) {
+    for (const std::vector<VecX>& part : parts) sum[m] += part[m];
+    without_spin(*surface.members[m].body, sum[m]);
+  }
+  return sum;
+}
+
 void without_spin(const BodySurface& body, VecX& force) {
   force.tail(body.body->r).noalias() -= body.terms.spin_of_modes.transpose() * force.segment<3>(3);
 }
@@ -161,16 +171,25 @@ class FluxColumns {
   std::vector<double> columns_;  // dofs per cell
 };
 
-/// Raw fluxes of all members and moments of the cells: every quantity is linear on a piece, so its
-/// value at the centroid times the area is exact.
-std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const CellBox& box,
-                                       std::vector<CellMoments>& moments) {
+/// What the pieces of some triangles leave in their cells.
+struct SweptPieces {
+  struct Piece {
+    Vec3i cell;
+    Vec3 area;            // cells^2
+    double at, bend;      // of CellMoments::add
+    std::size_t members;  // the first of `member` that moves the next piece
+  };
+  std::vector<Piece> pieces;
+  std::vector<std::size_t> member;  // of each piece those that move it ..
+  std::vector<double> flux;         // .. and what each of its dofs pushes into the cell
+};
+
+SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<double>& kappa,
+                       std::span<const Vec3i> triangles) {
   const std::vector<Vec3>& points = *s.points;
-  const std::vector<double> kappa = mean_curvature(points, *s.triangles);
-  std::vector<FluxColumns> columns;
-  for (const WetSurface::Member& m : s.members) columns.emplace_back(box, m.body->body->dofs());
   MovingTriangle triangle(s);
-  for (const Vec3i& t : *s.triangles) {
+  SweptPieces swept;
+  for (const Vec3i& t : triangles) {
     const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
                        to_grid(g, points[t[2]])};
     const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
@@ -178,11 +197,44 @@ std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 area = vector_area(piece), w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      moments[box.index(cell)].add(area, at - cell[0] - 0.5, w.dot(bend));
-      if ((cell.array() < 0).any() || cell[0] >= g.nx || cell[1] >= g.ny || cell[2] >= g.nz) return;
+      const bool inside =
+          (cell.array() >= 0).all() && cell[0] < g.nx && cell[1] < g.ny && cell[2] < g.nz;
       const Vec3 a = area * (g.dx * g.dx);  // m^2
-      triangle.add(w, a, [&](std::size_t m) { return columns[m].column(cell); });
+      if (inside)
+        triangle.add(w, a, [&](std::size_t m) {
+          const std::size_t first = swept.flux.size();
+          swept.member.push_back(m);
+          swept.flux.resize(first + s.members[m].body->body->dofs(), 0.0);
+          return swept.flux.data() + first;
+        });
+      swept.pieces.push_back({cell, area, at - cell[0] - 0.5, w.dot(bend), swept.member.size()});
     });
+  }
+  return swept;
+}
+
+/// Raw fluxes of all members and moments of the cells: every quantity is linear on a piece, so its
+/// value at the centroid times the area is exact.
+std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const CellBox& box,
+                                       std::vector<CellMoments>& moments) {
+  const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
+  std::vector<FluxColumns> columns;
+  for (const WetSurface::Member& m : s.members) columns.emplace_back(box, m.body->body->dofs());
+  const std::vector<SweptPieces> parts = parts_of(
+      *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
+  for (const SweptPieces& part : parts) {
+    const double* flux = part.flux.data();
+    std::size_t n = 0;
+    for (const SweptPieces::Piece& piece : part.pieces) {
+      moments[box.index(piece.cell)].add(piece.area, piece.at, piece.bend);
+      for (; n < piece.members; ++n) {
+        const std::size_t m = part.member[n];
+        const int dofs = s.members[m].body->body->dofs();
+        double* column = columns[m].column(piece.cell);
+        for (int d = 0; d < dofs; ++d) column[d] += flux[d];
+        flux += dofs;
+      }
+    }
   }
   return columns;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/tri_mesh.h"
@@ -89,8 +91,26 @@ class MovingTriangle {
   std::vector<std::size_t> moving_;
 };
 
+/// What of_some(triangles) makes of a hundred or so triangles at a time, on all threads; in their
+/// order, so that sums over the parts do not depend on the number of threads.
+template <class OfSome>
+auto parts_of(const std::vector<Vec3i>& triangles, const OfSome& of_some) {
+  constexpr std::size_t kAtOnce = 128;
+  const std::size_t count = (triangles.size() + kAtOnce - 1) / kAtOnce;
+  std::vector<decltype(of_some(std::span<const Vec3i>()))> parts(count);
+#pragma omp parallel for schedule(dynamic) if (count > 1)
+  for (std::size_t p = 0; p < count; ++p)
+    parts[p] = of_some(std::span(triangles).subspan(
+        p * kAtOnce, std::min(kAtOnce, triangles.size() - p * kAtOnce)));
+  return parts;
+}
+
 /// A generalised force of nothing for every member.
 std::vector<VecX> no_forces(const WetSurface& surface);
+
+/// Of every member, the sum of the parts, and without_spin of it.
+std::vector<VecX> sum_of_parts(const WetSurface& surface,
+                               const std::vector<std::vector<VecX>>& parts);
 
 /// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
 /// x x in place of R phi_i.

@@ -147,7 +147,6 @@ std::vector<VecX> Coupling::displaced_pushes(const FreeSurface& surface, double 
   const Grid& g = options_.grid;
   const double density = options_.hydrostatics.density;
   std::vector<VecX> impulses(surfaces_.size());
-#pragma omp parallel for schedule(dynamic)
   for (std::size_t b = 0; b < surfaces_.size(); ++b)
     impulses[b] = skinned_[b] ? VecX::Zero(surfaces_[b].body->dofs())
                               : displaced_push(g, wet_surface(surfaces_[b]), half_way_[b], surface,

@@ -6,13 +6,15 @@
 
 namespace archetide {
 
-std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
-                                 const std::vector<Vec3>& before, const FreeSurface& water,
-                                 double density, double dt) {
+namespace {
+
+std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::vector<Vec3>& before,
+                               const FreeSurface& water, double density, double dt,
+                               std::span<const Vec3i> triangles) {
   std::vector<VecX> impulses = no_forces(s);
   MovingTriangle triangle(s);
   const double scale = density * dt / water.push_seconds;
-  for (const Vec3i& t : *s.triangles) {
+  for (const Vec3i& t : triangles) {
     Vec3 x[3], way[3], middle[3];
     bool moved = false;
     for (int v = 0; v < 3; ++v) {
@@ -36,8 +38,17 @@ std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
       triangle.add(w, load, [&](std::size_t m) { return impulses[m].data(); });
     });
   }
-  for (std::size_t m = 0; m < impulses.size(); ++m) without_spin(*s.members[m].body, impulses[m]);
   return impulses;
+}
+
+}  // namespace
+
+std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
+                                 const std::vector<Vec3>& before, const FreeSurface& water,
+                                 double density, double dt) {
+  return sum_of_parts(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
+                        return push_on_some(g, s, before, water, density, dt, some);
+                      }));
 }
 
 }  // namespace archetide

@@ -90,9 +90,9 @@ void add_polygon(const ClipPolygon& part, const H& h_at, TriangleForce& triangle
   }
 }
 
-std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
-                            const std::vector<Vec3>& read_points, const PressureSystem& water,
-                            Loads loads) {
+std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
+                                 const std::vector<Vec3>& read_points, const PressureSystem& water,
+                                 Loads loads, std::span<const Vec3i> triangles) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
   std::vector<VecX> forces = no_forces(s);
@@ -101,7 +101,7 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
   const Vec3 rho_g = hydro.density * hydro.gravity;
   const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
 
-  for (const Vec3i& t : *s.triangles) {
+  for (const Vec3i& t : triangles) {
     const CellCorners corners(g, s, t);
     const bool deep = is_deep(g, water, corners);
     if (deep && rho_g.isZero(0.0)) continue;
@@ -150,8 +150,15 @@ std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
       }
     });
   }
-  for (std::size_t m = 0; m < forces.size(); ++m) without_spin(*s.members[m].body, forces[m]);
   return forces;
+}
+
+std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
+                            const std::vector<Vec3>& read_points, const PressureSystem& water,
+                            Loads loads) {
+  return sum_of_parts(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
+                        return forces_on_some(g, s, read_points, water, loads, some);
+                      }));
 }
 
 }  // namespace
