@@ -220,7 +220,8 @@ std::vector<char> touched_rows(const Grid& g, const std::vector<DualFaces*>& sol
   return rows;
 }
 
-// Kinds of row (j, k), and what it is as a whole; what it was before is asked no more.
+// Kinds of a row that no solid cuts, and what it is as a whole; nothing is written where that is
+// what it was `before`.
 RowKind classify_whole_row(const Grid& g, const double* phi, RowKind before, CellKind* kind) {
   const int nx = g.nx;
   int wet = 0;

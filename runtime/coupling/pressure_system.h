@@ -55,7 +55,7 @@ struct PressureSystem {
   std::vector<std::size_t> at_surface;  // cells that may have such terms; 0 elsewhere
   double surface_mean = 0.0;            // mean over Dirichlet faces of p'_I / rho, m^2/s^2
   std::size_t unknowns = 0;
-  std::vector<RowKind> rows;  // (j, k), j fastest
+  std::vector<RowKind> rows;  // of the last assembly, (j, k), j fastest; the next one builds on it
 
   RowKind row(int j, int k) const {
     return rows[static_cast<std::size_t>(j) + static_cast<std::size_t>(matrix.ny) * k];

@@ -78,14 +78,14 @@ std::vector<double> mean_curvature(const std::vector<Vec3>& points,
 std::vector<DualFace> sweep_surface(const Grid& g, const CellBox& box,
                                     std::vector<CellMoments>& moments, SolidFractions& fractions) {
   constexpr double kSnap = 1e-12;  // round-off of the sums; measured below 1e-13 on 24k triangles
-  constexpr double kTouched = 1e-12;                    // surface in a dual cell, cells^2
-  constexpr std::size_t kParallelCells = 16 * 16 * 16;  // smaller boxes do not pay for threads
+  constexpr double kTouched = 1e-12;                   // surface in a dual cell, cells^2
+  constexpr std::size_t kWorthThreads = 16 * 16 * 16;  // smaller boxes do not pay for threads
   const auto snap = [](double s) { return s < kSnap ? 0.0 : s > 1.0 - kSnap ? 1.0 : s; };
   std::vector<DualFace> faces;
   for (int axis = 0; axis < 3; ++axis) {
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     std::vector<std::vector<DualFace>> found(box.size[c]);  // in this order for any threads
-#pragma omp parallel for schedule(dynamic) if (box.count() > kParallelCells)
+#pragma omp parallel for schedule(dynamic) if (box.count() > kWorthThreads)
     for (int n = 0; n < box.size[c]; ++n)
       for (int m = 0; m < box.size[b]; ++m) {
         Vec3i cell = box.low;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/check.h"
+#include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
 
@@ -22,31 +23,13 @@ using Mask = Array3<unsigned char>;
 // upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
 constexpr double kUpwind = 1.0 / 12.0;
 
-// How much of a row is marked. What holds for whole rows, as for most of the water, need not be
-// asked point by point.
-enum class Share : unsigned char { kNone, kSome, kAll };
-struct Rows {
-  int ny;
-  std::vector<Share> row;  // (j, k), j fastest
-
-  Share operator()(int j, int k) const { return row[j + static_cast<std::size_t>(ny) * k]; }
-};
 struct Marks {
   Mask mask;
-  Rows rows;
+  RowShares rows;
 };
 
-Rows rows_of(const Mask& m) {
-  Rows rows{m.ny(), std::vector<Share>(static_cast<std::size_t>(m.ny()) * m.nz())};
-#pragma omp parallel for schedule(static)
-  for (std::size_t r = 0; r < rows.row.size(); ++r) {
-    const unsigned char* at = m.data() + r * m.nx();
-    unsigned char any = 0, all = 1;
-#pragma omp simd reduction(| : any) reduction(& : all)
-    for (int i = 0; i < m.nx(); ++i) any |= at[i] != 0, all &= at[i] != 0;
-    rows.row[r] = all ? Share::kAll : any ? Share::kSome : Share::kNone;
-  }
-  return rows;
+RowShares rows_of(const Mask& m) {
+  return row_shares(m, [marks = m.data()](std::size_t n) { return marks[n] != 0; });
 }
 
 // out[i] = op(out[i], in[i])
@@ -60,7 +43,7 @@ void combine_row(const unsigned char* __restrict in, int count, const Op& op,
 // out(c) = op over the points c + {first .. last}^3 that are in the lattice; `nothing`, as 0 or 1,
 // changes no result, and the other one is the result wherever it occurs.
 template <class Op>
-Marks combine(const Mask& in, const Rows& rows, int first, int last, unsigned char nothing,
+Marks combine(const Mask& in, const RowShares& rows, int first, int last, unsigned char nothing,
               const Op& op) {
   const int nx = in.nx(), ny = in.ny(), nz = in.nz();
   Marks out{Mask(nx, ny, nz, Unfilled{}), {ny, std::vector<Share>(rows.row.size())}};
@@ -108,11 +91,11 @@ constexpr auto kEither = [](unsigned char a, unsigned char b) {
 };
 
 // 1 where all eight corners of the interpolation cell at n are valid.
-Mask whole_stencils(const Mask& valid, const Rows& rows) {
+Mask whole_stencils(const Mask& valid, const RowShares& rows) {
   return combine(valid, rows, 0, 1, 1, kBoth).mask;
 }
 // 1 where all 27 points around are valid.
-Marks deep_inside(const Mask& valid, const Rows& rows) {
+Marks deep_inside(const Mask& valid, const RowShares& rows) {
   return combine(valid, rows, -1, 1, 1, kBoth);
 }
 // `target` and its 26 neighbours.
@@ -206,8 +189,8 @@ void for_each_marked_of_row(const Mask& mask, bool every, const Marks& deep, int
 // The same for all rows, block(row_of(j, k), i, j, k, n), in bars of rows whose neighbours above
 // and below are still in the cache when they are asked for.
 template <class RowOf, class BlockBody, class Body>
-void for_each_marked(const Mask& mask, const Rows& rows, const Marks& deep, const RowOf& row_of,
-                     const BlockBody& block, const Body& body) {
+void for_each_marked(const Mask& mask, const RowShares& rows, const Marks& deep,
+                     const RowOf& row_of, const BlockBody& block, const Body& body) {
   constexpr int kWide = 8, kHigh = 16;
   const int ny = mask.ny(), nz = mask.nz();
 #pragma omp parallel for collapse(2) schedule(dynamic)
@@ -393,7 +376,7 @@ class ComponentAdvection {
   // [SFK08]: f^{n+1} = f^ + (f^n - f^^)/2, with f^^ the way back of f^, clamped to the corners at
   // the foot.
   void come_back(const Mask& target, Array3<double>& result) const {
-    const Rows wanted = rows_of(target);
+    const RowShares wanted = rows_of(target);
     const std::vector<Stretch> solved = solved_stretches(valid);
     for_each_marked(
         target, wanted, deep_inside(hat_valid, hat_rows),
@@ -519,10 +502,10 @@ class ComponentAdvection {
   Scratch& scratch;
   const MacSampler sampler{g, u};
   const Lattice source{f};
-  const Rows valid_rows = rows_of(valid);
+  const RowShares valid_rows = rows_of(valid);
   const Mask whole = whole_stencils(valid, valid_rows);
   Mask hat_valid{f.nx(), f.ny(), f.nz()}, whole_hat;
-  Rows hat_rows;
+  RowShares hat_rows;
   Lattice first_order{f};
 };
 

@@ -53,6 +53,33 @@ std::vector<T> concatenate(const std::vector<std::vector<T>>& parts) {
   return all;
 }
 
+/// How much of each row along x of a lattice has a property. What holds for whole rows, as for most
+/// of the water, need not be asked point by point.
+enum class Share : unsigned char { kNone, kSome, kAll };
+struct RowShares {
+  int ny = 0;
+  std::vector<Share> row;  // (j, k), j fastest
+
+  Share operator()(int j, int k) const { return row[j + static_cast<std::size_t>(ny) * k]; }
+};
+template <class T, class Property>
+RowShares row_shares(const Array3<T>& shape, const Property& has) {
+  const int nx = shape.nx();
+  RowShares rows{shape.ny(), std::vector<Share>(static_cast<std::size_t>(shape.ny()) * shape.nz())};
+#pragma omp parallel for schedule(static)
+  for (std::size_t r = 0; r < rows.row.size(); ++r) {
+    const std::size_t first = r * nx;
+    unsigned char any = 0, all = 1;
+#pragma omp simd reduction(| : any) reduction(& : all)
+    for (int i = 0; i < nx; ++i) {
+      const unsigned char here = has(first + i);
+      any |= here, all &= here;
+    }
+    rows.row[r] = all ? Share::kAll : any ? Share::kSome : Share::kNone;
+  }
+  return rows;
+}
+
 /// Indices n of the lattice of `shape` with keep(i, j, k, n), ascending whatever the number of
 /// threads.
 template <class T, class Predicate>
@@ -73,23 +100,15 @@ std::vector<int> collect_cells(const Array3<T>& shape, const Predicate& keep) {
 template <class T, class Property, class Predicate>
 std::vector<int> collect_cells_at_changes(const Array3<T>& shape, const Property& has,
                                           const Predicate& keep) {
-  enum : unsigned char { kNone = 1, kAll = 2, kMixed = 3 };
   const int nx = shape.nx(), ny = shape.ny(), nz = shape.nz();
-  std::vector<unsigned char> rows(static_cast<std::size_t>(ny) * nz);
-#pragma omp parallel for schedule(static)
-  for (int row = 0; row < ny * nz; ++row) {
-    const std::size_t first = static_cast<std::size_t>(row) * nx;
-    int with = 0;
-    for (int i = 0; i < nx; ++i) with += has(first + i) ? 1 : 0;
-    rows[row] = with == 0 ? kNone : with == nx ? kAll : kMixed;
-  }
+  const RowShares rows = row_shares(shape, has);
   const auto alike = [&](int j, int k) {
-    const unsigned char own = rows[j + static_cast<std::size_t>(ny) * k];
+    const Share own = rows(j, k);
     const auto same = [&](int jj, int kk) {
-      return jj < 0 || jj >= ny || kk < 0 || kk >= nz ||
-             rows[jj + static_cast<std::size_t>(ny) * kk] == own;
+      return jj < 0 || jj >= ny || kk < 0 || kk >= nz || rows(jj, kk) == own;
     };
-    return own != kMixed && same(j - 1, k) && same(j + 1, k) && same(j, k - 1) && same(j, k + 1);
+    return own != Share::kSome && same(j - 1, k) && same(j + 1, k) && same(j, k - 1) &&
+           same(j, k + 1);
   };
   std::vector<std::vector<int>> parts(nz);
 #pragma omp parallel for schedule(dynamic)

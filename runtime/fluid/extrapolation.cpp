@@ -189,19 +189,13 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, int l
 
 // Whether the rows (j, k) and those up to `reach` from them along y and z hold solid cells.
 std::vector<char> rows_near_solids(const Mask& solid, int reach) {
-  const int nx = solid.nx(), ny = solid.ny(), nz = solid.nz();
-  std::vector<char> own(static_cast<std::size_t>(ny) * nz), near(own.size(), 0);
-#pragma omp parallel for schedule(static)
-  for (std::size_t r = 0; r < own.size(); ++r) {
-    const unsigned char* row = solid.data() + r * nx;
-    unsigned char any = 0;
-#pragma omp simd reduction(| : any)
-    for (int i = 0; i < nx; ++i) any |= row[i];
-    own[r] = any != 0;
-  }
+  const int ny = solid.ny(), nz = solid.nz();
+  const RowShares own =
+      row_shares(solid, [marks = solid.data()](std::size_t n) { return marks[n] != 0; });
+  std::vector<char> near(own.row.size(), 0);
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j) {
-      if (!own[j + static_cast<std::size_t>(ny) * k]) continue;
+      if (own(j, k) == Share::kNone) continue;
       for (int kk = std::max(k - reach, 0); kk <= std::min(k + reach, nz - 1); ++kk)
         for (int jj = std::max(j - reach, 0); jj <= std::min(j + reach, ny - 1); ++jj)
           near[jj + static_cast<std::size_t>(ny) * kk] = 1;

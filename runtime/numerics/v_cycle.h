@@ -18,34 +18,42 @@ inline MultigridLevel::Ahead ahead_of_stage(int stage) {
   return {};
 }
 
+/// The stages of a way down or up, stage(n, rows): 0 .. kWayStages - 1.
+inline constexpr int kWayStages = 5;
+template <class Level, class Stage>
+void pass_planes(Level& level, Stage&& stage) {
+  wavefront(
+      level.nz, level.ny, level.strip(kWayStages), kWayStages, level.parallel,
+      [&](int k) { return level.unknowns_of(k); },
+      [&](int n, int k, int first, int end) {
+        stage(n, MultigridLevel::Rows{k, first, end});
+      });
+}
+
+/// Stages 1, 2, 3, 4: black, red, black, red.
+template <class Level>
+void relax_at_stage(Level& level, int n, const MultigridLevel::Rows& rows) {
+  level.relax(rows, n % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(n));
+}
+
 /// start(rows), which is the first red, then black, red, black, and the residual to the next level.
 template <class Level, class Start>
 void descend(Level& level, Level& coarse, Start&& start) {
-  constexpr int kStages = 5;
-  wavefront(
-      level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-      [&](int k) { return level.unknowns_of(k); },
-      [&](int stage, int k, int first, int end) {
-        const MultigridLevel::Rows rows{k, first, end};
-        if (stage == 0) return start(rows);
-        if (stage == kStages - 1) return level.restrict_residual(rows, coarse);
-        level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(stage));
-      });
+  pass_planes(level, [&](int n, const MultigridLevel::Rows& rows) {
+    if (n == 0) return start(rows);
+    if (n == kWayStages - 1) return level.restrict_residual(rows, coarse);
+    relax_at_stage(level, n, rows);
+  });
 }
 
 /// The correction, then black, red, black, red; finish(rows) where that is done.
 template <class Level, class Finish>
 void ascend(Level& level, const Level& coarse, Finish&& finish) {
-  constexpr int kStages = 5;
-  wavefront(
-      level.nz, level.ny, level.strip(kStages), kStages, level.parallel,
-      [&](int k) { return level.unknowns_of(k); },
-      [&](int stage, int k, int first, int end) {
-        const MultigridLevel::Rows rows{k, first, end};
-        if (stage == 0) return level.prolong(rows, coarse);
-        level.relax(rows, stage % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(stage));
-        if (stage == kStages - 1) finish(rows);
-      });
+  pass_planes(level, [&](int n, const MultigridLevel::Rows& rows) {
+    if (n == 0) return level.prolong(rows, coarse);
+    relax_at_stage(level, n, rows);
+    if (n == kWayStages - 1) finish(rows);
+  });
 }
 
 }  // namespace archetide
