@@ -9,7 +9,6 @@
 #include "runtime/numerics/aligned.h"
 #include "runtime/numerics/box_cycle.h"
 #include "runtime/numerics/fused_steps.h"
-#include "runtime/numerics/lanes.h"
 
 namespace archetide {
 namespace {
@@ -103,6 +102,10 @@ Deflation::Expectation Deflation::expect(std::size_t unknowns, const std::vector
   return e;
 }
 
+bool Deflation::many_patches() const {
+  return static_cast<int>(patches_.size()) >= omp_get_max_threads();
+}
+
 void Deflation::setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice) {
   patches_.clear();
   columns_ = 0;
@@ -122,12 +125,16 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
   const double worth = e.saved > 10.0 ? 0.6 : 0.8;
   const bool pays = choice == DeflationChoice::kAlways || e.saved > worth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
-  // Few patches: one after the other, threads share the cycles of each.
-  const bool many = static_cast<int>(patches_.size()) >= omp_get_max_threads();
-#pragma omp parallel if (many)
-  {
-    Local local;
+  if (many_patches()) {
+#pragma omp parallel
+    {
+      Local local;
 #pragma omp for schedule(dynamic)
+      for (std::size_t n = 0; n < patches_.size(); ++n)
+        fill(op, water, light[n].S, local, patches_[n]);
+    }
+  } else {  // outside of any parallel region: there threads would be made and ended for every loop
+    Local local;
     for (std::size_t n = 0; n < patches_.size(); ++n)
       fill(op, water, light[n].S, local, patches_[n]);
   }
@@ -139,7 +146,7 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
 // Y of one body: V F S Q, with Q the eigenvectors of S^T F^T V F S whose eigenvalues (added mass /
 // body mass) count.
 void Deflation::fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
-                     Patch& p) {
+                     Patch& p) const {
   const Eigen::Index dofs = S.cols(), chunks = (dofs + kLanes - 1) / kLanes;
   if (dofs == 0) return;
   local.cycle.setup(water, p.low.data(), p.size.data());
@@ -178,13 +185,16 @@ void Deflation::fill(const CoupledOperator& op, const Multigrid& water, const Ma
     std::vector<Lanes> share(dofs, Lanes{});  // of each direction in the columns from `first` on
     for (Eigen::Index d = 0; d < dofs; ++d)
       for (int c = 0; c < count; ++c) share[d][c] = static_cast<float>(Q(d, first + c));
-    for (const Run& run : p.runs)
+#pragma omp parallel for schedule(static) if (!many_patches())
+    for (std::size_t n = 0; n < p.runs.size(); ++n) {
+      const Run& run = p.runs[n];
       for (int i = 0; i < run.length; ++i) {
         Lanes sum = {};
         for (Eigen::Index d = 0; d < dofs; ++d)
           sum += z[(d / kLanes * p.cells + run.at + i) * kLanes + d % kLanes] * share[d];
         for (int c = 0; c < count; ++c) p.column(run, first + c)[i] = sum[c];
       }
+    }
   }
 }
 
@@ -257,7 +267,7 @@ class Deflation::Spread {
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
   for (Patch& p : patches_) find_flux(op, p);
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (many_patches())
   for (std::size_t n = 0; n < patches_.size(); ++n) add_products(op, patches_[n], E);
   E.triangularView<Eigen::StrictlyUpper>() = E.transpose();
   // Y^T F H^-1 F^T Y, body by body
@@ -352,13 +362,14 @@ void Deflation::add_products(const CoupledOperator& op, Patch& p, MatX& E) const
     y.load(first, count);
     for (auto& [b, flux] : p.flux) {
       const CoupledOperator::Body& body = op.bodies()[b];
+      MatX values = MatX::Zero(count, body.flux.cols());  // of the columns at its flux cells
       for (std::size_t m = 0; m < body.cell.size(); ++m) {
         const Vec3i at = a.cell(body.cell[m]);
         if (!y.reaches(at)) continue;
-        flux.middleCols(first, count).noalias() +=
-            body.flux.col(static_cast<Eigen::Index>(m)) *
-            Eigen::Map<const Eigen::RowVectorXf>(y.at(at[0], at[1], at[2]), count).cast<double>();
+        const float* value = y.at(at[0], at[1], at[2]);
+        for (int c = 0; c < count; ++c) values(c, static_cast<Eigen::Index>(m)) = value[c];
       }
+      flux.middleCols(first, count).noalias() += body.flux * values.transpose();
     }
     for (const Patch& other : patches_) {
       const bool apart = ((other.low + other.size).array() <= y.low().array()).any() ||
@@ -371,35 +382,43 @@ void Deflation::add_products(const CoupledOperator& op, Patch& p, MatX& E) const
 }
 
 // The columns of `other` times A_water y: fp32 in a plane, fp64 over planes.
-MatX Deflation::products(const PoissonMatrix& a, const Spread& y, const Patch& other) {
-  MatX sums = MatX::Zero(other.columns, kLanes);
-  std::vector<Lanes> in_plane(other.columns);
-  AlignedFloats product(static_cast<std::size_t>(other.size[0]) * kLanes);
-  for (int k = y.low()[2]; k < y.high()[2]; ++k) {
-    std::fill(in_plane.begin(), in_plane.end(), Lanes{});
-    for (const Run& run : other.plane(k)) {
-      const int begin = std::max(run.i, y.low()[0]),
-                n = std::min(run.i + run.length, y.high()[0]) - begin;
-      if (run.j < y.low()[1] || run.j >= y.high()[1] || n <= 0) continue;
-      y.product(a, begin, run.j, k, n, product.data());
-      for (int c = 0; c < other.columns; ++c) {
-        const float* own = other.column(run, c) + (begin - run.i);
-        Lanes even = in_plane[c], odd = {}, Ay;
-        int i = 0;
-        for (; i + 1 < n; i += 2) {
-          read_block(product.data() + i * kLanes, Ay);
-          even += own[i] * Ay;
-          read_block(product.data() + (i + 1) * kLanes, Ay);
-          odd += own[i + 1] * Ay;
-        }
-        if (i < n) read_block(product.data() + i * kLanes, Ay), even += own[i] * Ay;
-        in_plane[c] = even + odd;
-      }
-    }
-    for (int c = 0; c < other.columns; ++c)
-      for (int l = 0; l < kLanes; ++l) sums(c, l) += in_plane[c][l];
+MatX Deflation::products(const PoissonMatrix& a, const Spread& y, const Patch& other) const {
+  const int low = y.low()[2], planes = y.high()[2] - low;
+  std::vector<std::vector<Lanes>> in_plane(planes);
+#pragma omp parallel for schedule(dynamic) if (!many_patches())
+  for (int k = 0; k < planes; ++k) {
+    in_plane[k].assign(other.columns, Lanes{});
+    add_products_of_plane(a, y, other, low + k, in_plane[k]);
   }
+  MatX sums = MatX::Zero(other.columns, kLanes);
+  for (const std::vector<Lanes>& plane : in_plane)
+    for (int c = 0; c < other.columns; ++c)
+      for (int l = 0; l < kLanes; ++l) sums(c, l) += plane[c][l];
   return sums;
+}
+
+void Deflation::add_products_of_plane(const PoissonMatrix& a, const Spread& y, const Patch& other,
+                                      int k, std::vector<Lanes>& sums) {
+  AlignedFloats product(static_cast<std::size_t>(other.size[0]) * kLanes);
+  for (const Run& run : other.plane(k)) {
+    const int begin = std::max(run.i, y.low()[0]),
+              n = std::min(run.i + run.length, y.high()[0]) - begin;
+    if (run.j < y.low()[1] || run.j >= y.high()[1] || n <= 0) continue;
+    y.product(a, begin, run.j, k, n, product.data());
+    for (int c = 0; c < other.columns; ++c) {
+      const float* own = other.column(run, c) + (begin - run.i);
+      Lanes even = sums[c], odd = {}, Ay;
+      int i = 0;
+      for (; i + 1 < n; i += 2) {
+        read_block(product.data() + i * kLanes, Ay);
+        even += own[i] * Ay;
+        read_block(product.data() + (i + 1) * kLanes, Ay);
+        odd += own[i + 1] * Ay;
+      }
+      if (i < n) read_block(product.data() + i * kLanes, Ay), even += own[i] * Ay;
+      sums[c] = even + odd;
+    }
+  }
 }
 
 void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout, const double* r,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/coupling/coupled_operator.h"
+#include "runtime/numerics/lanes.h"
 #include "runtime/numerics/multigrid.h"
 #include "runtime/numerics/padded_layout.h"
 
@@ -85,14 +86,18 @@ class Deflation {
   static Light light_directions(const CoupledOperator& op, const Patch& p);
   static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
                             const std::vector<Light>& light);
-  static void fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
-                   Patch& p);
+  void fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
+            Patch& p) const;
   void assemble(const CoupledOperator& op);
   using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
   void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
   static void find_flux(const CoupledOperator& op, Patch& p);
   void add_products(const CoupledOperator& op, Patch& p, MatX& E) const;
-  static MatX products(const PoissonMatrix& a, const Spread& y, const Patch& other);
+  MatX products(const PoissonMatrix& a, const Spread& y, const Patch& other) const;
+  static void add_products_of_plane(const PoissonMatrix& a, const Spread& y, const Patch& other,
+                                    int k, std::vector<Lanes>& sums);
+  /// Enough of them for all threads: each takes whole ones. Otherwise threads share each.
+  bool many_patches() const;
   static VecX gather(const PoissonOperator& water, const PaddedLayout& layout, const Patch& p,
                      int k, int end, const double* r, double scale, const float* z);
   static void scatter(const PaddedLayout& layout, const Patch& p, int k, const float* share,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <span>
 
 namespace archetide {
 namespace {
@@ -12,10 +13,29 @@ constexpr double kMostSlip = 0.25;
 
 // Velocity of the wall at the face along its axis per unit y, 6 + r. Spin and modes: its normal
 // velocity in the two cells, F / A, along the axis, which is all of it where n = axis.
-void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, VecX& Q) {
+template <class Column>
+void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, Column&& Q) {
   const double scale = 0.5 * f.n_over_A / (g.dx * g.dx);
   Q = scale * (flux.col(f.low) + flux.col(f.high));
-  Q.head<3>() = Vec3::Unit(f.axis);
+  Q.template head<3>() = Vec3::Unit(f.axis);
+}
+
+// Of some faces: sum of volume Q Q^T, and of slip where the body shifts along the axis.
+MatX carried_by_some(const Grid& g, std::span<const DualFace> faces, const MatX& flux) {
+  const auto count = static_cast<Eigen::Index>(faces.size());
+  MatX Q = MatX::Zero(flux.rows(), count);
+  VecX volume = VecX::Zero(count);
+  Vec3 slip = Vec3::Zero();
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const DualFace& f = faces[n];
+    if (!f.wet) continue;
+    face_velocity(g, f, flux, Q.col(n));
+    volume[n] = f.volume;
+    slip[f.axis] += f.slip;
+  }
+  MatX mass = Q * volume.asDiagonal() * Q.transpose();
+  mass.diagonal().head<3>() += slip;
+  return mass;
 }
 
 }  // namespace
@@ -43,14 +63,15 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
 
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
                    BodyFlux& flux) {
-  MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
-  VecX Q;
-  for (const DualFace& f : faces) {
-    if (!f.wet) continue;
-    face_velocity(g, f, flux.flux, Q);
-    mass.noalias() += f.volume * Q * Q.transpose();
-    mass(f.axis, f.axis) += f.slip;
+  constexpr std::size_t kAtOnce = 512;
+  std::vector<MatX> parts((faces.size() + kAtOnce - 1) / kAtOnce);
+#pragma omp parallel for schedule(dynamic) if (parts.size() > 1)
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const std::size_t first = n * kAtOnce, count = std::min(kAtOnce, faces.size() - first);
+    parts[n] = carried_by_some(g, {&faces[first], count}, flux.flux);
   }
+  MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
+  for (const MatX& part : parts) mass += part;
   const double area = g.dx * g.dx;
   for (const DualFace& f : faces) {
     flux.flux(f.axis, f.low) -= area * f.slip;

@@ -1,5 +1,7 @@
 #include "runtime/fluid/particle_level_set.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -92,10 +94,20 @@ void append(Particles& to, const Vec3& x, float radius, signed char sign) {
   to.position.push_back(x), to.radius.push_back(radius), to.sign.push_back(sign);
 }
 
-void append(Particles& to, const Particles& from) {
-  to.position.insert(to.position.end(), from.position.begin(), from.position.end());
-  to.radius.insert(to.radius.end(), from.radius.begin(), from.radius.end());
-  to.sign.insert(to.sign.end(), from.sign.begin(), from.sign.end());
+Particles joined(const std::vector<Particles>& parts) {
+  std::vector<std::size_t> start(parts.size() + 1, 0);
+  for (std::size_t n = 0; n < parts.size(); ++n) start[n + 1] = start[n] + parts[n].size();
+  Particles all;
+  all.position.resize(start.back()), all.radius.resize(start.back());
+  all.sign.resize(start.back());
+#pragma omp parallel for schedule(static)
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const auto at = static_cast<std::ptrdiff_t>(start[n]);
+    std::copy(parts[n].position.begin(), parts[n].position.end(), all.position.begin() + at);
+    std::copy(parts[n].radius.begin(), parts[n].radius.end(), all.radius.begin() + at);
+    std::copy(parts[n].sign.begin(), parts[n].sign.end(), all.sign.begin() + at);
+  }
+  return all;
 }
 
 // What a cell holds before reseeding: indices order[first .. last).
@@ -130,14 +142,24 @@ Buckets sort_by_cell(const Grid& g, const PhiSampler& phi, const Mask& solid, co
       cell[t] = keep ? c : -1;
     }
   }
-  b.start.assign(cells + 1, 0);
-  for (int c : cell)
-    if (c >= 0) ++b.start[c + 1];
-  std::partial_sum(b.start.begin(), b.start.end(), b.start.begin());
+  // Every thread reads all particles and writes those of its cells.
+  std::vector<int> next(cells + 1, 0);  // a cell's particles, then the place of its next one
+  const auto of_own_cells = [&](const auto& f) {
+#pragma omp parallel
+    {
+      const std::int64_t thread = omp_get_thread_num(), threads = omp_get_num_threads();
+      const int low = static_cast<int>(cells * thread / threads),
+                high = static_cast<int>(cells * (thread + 1) / threads);
+      for (int t = 0; t < count; ++t)
+        if (cell[t] >= low && cell[t] < high) f(t, cell[t]);
+    }
+  };
+  of_own_cells([&](int, int c) { ++next[c]; });
+  b.start.resize(cells + 1);
+  std::exclusive_scan(next.begin(), next.end(), b.start.begin(), 0);
+  std::copy(b.start.begin(), b.start.end(), next.begin());
   b.order.resize(b.start[cells]);
-  std::vector<int> next(b.start.begin(), b.start.end() - 1);
-  for (int t = 0; t < count; ++t)
-    if (cell[t] >= 0) b.order[next[cell[t]]++] = t;
+  of_own_cells([&](int t, int c) { b.order[next[c]++] = t; });
   return b;
 }
 
@@ -261,12 +283,7 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
       const int missing = per_cell - (bucket.last - bucket.first);
       if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
     }
-  std::size_t total = 0;
-  for (const Particles& part : parts) total += part.size();
-  Particles all;
-  all.position.reserve(total), all.radius.reserve(total), all.sign.reserve(total);
-  for (const Particles& part : parts) append(all, part);
-  particles = std::move(all);
+  particles = joined(parts);
 }
 
 void advect_particles(const Grid& g, const MacField& u, double dt, Particles& particles) {
