@@ -177,25 +177,26 @@ void seed_cell(const Grid& g, const PhiSampler& phi, int cell, Ijk c, int missin
   }
 }
 
+using Depth = std::pair<double, int>;  // m, particle
+
 // The per_cell particles of a bucket nearest to the surface, and all escaped ones, in their old
-// order.
-void thin_out(const Particles& p, const Buckets& b, Bucket bucket, int per_cell, Particles& out) {
-  std::vector<std::pair<double, int>> depth;
-  for (int m = bucket.first; m < bucket.last; ++m) {
-    const int t = b.order[m];
-    depth.emplace_back(p.sign[t] * b.phi[t] - p.radius[t], t);
-  }
-  auto ranked = depth;
-  auto cut = ranked.end();
+// order. `ranked`: to work on.
+void thin_out(const Particles& p, const Buckets& b, Bucket bucket, int per_cell,
+              std::vector<Depth>& ranked, Particles& out) {
+  const auto depth = [&](int t) { return Depth(p.sign[t] * b.phi[t] - p.radius[t], t); };
+  Depth first_to_go(INFINITY, 0);
   if (bucket.last - bucket.first > per_cell) {
-    cut = ranked.begin() + per_cell;
+    ranked.clear();
+    for (int m = bucket.first; m < bucket.last; ++m) ranked.push_back(depth(b.order[m]));
+    auto cut = ranked.begin() + per_cell;
     std::nth_element(ranked.begin(), cut, ranked.end());
     std::sort(cut, ranked.end());
     while (cut != ranked.end() && cut->first < -2.0 * p.radius[cut->second]) ++cut;
+    if (cut != ranked.end()) first_to_go = *cut;
   }
-  for (const auto& particle : depth) {
-    const int t = particle.second;
-    if (cut == ranked.end() || particle < *cut) append(out, p.position[t], p.radius[t], p.sign[t]);
+  for (int m = bucket.first; m < bucket.last; ++m) {
+    const int t = b.order[m];
+    if (depth(t) < first_to_go) append(out, p.position[t], p.radius[t], p.sign[t]);
   }
 }
 
@@ -275,14 +276,16 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
   const int count = static_cast<int>(cells.size());
   std::vector<Particles> parts((count + kChunk - 1) / kChunk);
 #pragma omp parallel for schedule(dynamic)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part) {
+    std::vector<Depth> ranked;
     for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
       const int n = cells[t];
       const Bucket bucket = buckets.of(n);
-      thin_out(particles, buckets, bucket, per_cell, parts[part]);
+      thin_out(particles, buckets, bucket, per_cell, ranked, parts[part]);
       const int missing = per_cell - (bucket.last - bucket.first);
       if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
     }
+  }
   particles = joined(parts);
 }
 
