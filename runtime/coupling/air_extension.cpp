@@ -15,10 +15,6 @@ constexpr int kFixed = -1;    // the face keeps its velocity
 constexpr int kOutside = -2;  // beyond the band, where psi = 0
 // Added to the diagonal: a bubble has no outside. With 1e-3 those of a splash did not converge.
 constexpr double kPocket = 0.1;
-// A face becomes at most so many times as fast as the fastest face of its cells was. Gaps that
-// close squeeze their air out fast, and water that comes there next takes the air's velocity: a
-// ring falling into a tub at CFL 3 threw drops at 194 m/s (64^3) and 423 m/s (192^3), now at 9.
-constexpr double kMostSpeedup = 1.5;
 constexpr double kTolerance = 1e-3;
 constexpr int kMaxIterations = 40;
 // How much more easily a face changes a cell farther out, as a power of two: what was continued
@@ -129,7 +125,7 @@ int solve_band(const Band& band, std::vector<double>& r, std::vector<double>& x)
 
 int make_air_divergence_free(const Grid& g, const Array3<double>& phi,
                              const FaceField<double>& open, const FaceField<unsigned char>& solved,
-                             double reach, MacField& u) {
+                             double reach, double most_speedup, MacField& u) {
   const Band band = build_band(g, phi, open, solved, reach);
   const int count = static_cast<int>(band.cells.size());
   // Minus the divergence times dx, and the largest speed of the cell's faces before, m/s.
@@ -156,9 +152,10 @@ int make_air_divergence_free(const Grid& g, const Array3<double>& phi,
       if (other == kFixed || (other >= 0 && f % 2 == 0)) continue;
       const double push = band.ease[t][f] * (other >= 0 ? psi[t] - psi[other] : psi[t]);
       const double most =
-          kMostSpeedup * (other >= 0 ? std::max(fastest[t], fastest[other]) : fastest[t]);
+          most_speedup * (other >= 0 ? std::max(fastest[t], fastest[other]) : fastest[t]);
       double& face = u[f / 2][face_of(u, c, f / 2, f % 2)];
-      face = std::clamp(face + (f % 2 ? push : -push), -most, most);
+      face += f % 2 ? push : -push;
+      if (most_speedup > 0.0) face = std::clamp(face, -most, most);
     }
   }
   return iterations;

@@ -76,7 +76,7 @@ TEST(AirExtension, IsFreeOfDivergenceAndKeepsWhatWasSolved) {
   const MacField before = wave.u;
   const double reach = 2.5 * wave.g.dx, first = wave.largest_divergence(reach);
   const int iterations =
-      make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, reach, wave.u);
+      make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, reach, 1.5, wave.u);
   const double last = wave.largest_divergence(reach);
   std::printf("%d iterations, divergence %.3g -> %.3g 1/s\n", iterations, first, last);
   EXPECT_LT(last,
@@ -94,7 +94,8 @@ TEST(AirExtension, GoesOnLikeTheWave) {
   double error[2];
   for (int level : {0, 1}) {
     Wave wave(32 << level, false);
-    make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 2.5 * wave.g.dx, wave.u);
+    make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 2.5 * wave.g.dx, 1.5,
+                             wave.u);
     error[level] = 0.0;
     const Array3<double>& w = wave.u[2];
     for (int k = 1; k < wave.g.nz; ++k)
@@ -130,7 +131,7 @@ TEST(AirExtension, AClosingSlotShootsNothingOut) {
       for (int i = 0; i < 24; ++i)
         wave.solved[1](i, j, k) = wave.solved[2](i, j, k) = i != slot || k < bottom;
     }
-  make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, wave.g.dx, wave.u);
+  make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, wave.g.dx, 1.5, wave.u);
   const double outlet = wave.u[2](slot, 1, top);
   std::printf("%.2f m/s at the outlet\n", outlet);
   EXPECT_GT(outlet, 1.0);
@@ -144,7 +145,7 @@ TEST(AirExtension, ABubbleIsLeftToClose) {
   for (int a = 0; a < 3; ++a)
     for (std::size_t n = 0; n < wave.u[a].size(); ++n)
       fastest = std::max(fastest, std::abs(wave.u[a][n]));
-  make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 2.5 * wave.g.dx, wave.u);
+  make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 2.5 * wave.g.dx, 1.5, wave.u);
   for (int a = 0; a < 3; ++a)
     for (std::size_t n = 0; n < wave.u[a].size(); ++n)
       ASSERT_LE(std::abs(wave.u[a][n]), 1.5 * fastest);
@@ -154,7 +155,8 @@ TEST(AirExtension, NoAirOrNoTankChangesNothing) {
   Wave wave(16, false);
   const MacField before = wave.u;
   wave.phi.fill(-1.0);
-  EXPECT_EQ(make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 0.1, wave.u), 0);
+  EXPECT_EQ(make_air_divergence_free(wave.g, wave.phi, wave.open, wave.solved, 0.1, 1.5, wave.u),
+            0);
   for (int a = 0; a < 3; ++a)
     for (std::size_t n = 0; n < before[a].size(); ++n) ASSERT_EQ(wave.u[a][n], before[a][n]);
 }
