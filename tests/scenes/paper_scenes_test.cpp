@@ -87,9 +87,9 @@ TEST_P(PaperScenes, RunsCoarse) {
 }
 
 // The ring of `tub` hits the water at 1.9 m/s and takes long steps in its splash. What it gave the
-// water is lost bit by bit, not won: of the largest kinetic and elastic energy no later gain is more
-// than 15 % (measured 5 to 7 %, 2 % at CFL 1; air that closing gaps squeeze out once made it 25
-// times that energy and 194 m/s), and no jet is seven times as fast as the fall.
+// water is lost bit by bit, not won: of the largest kinetic and elastic energy no later gain is
+// more than 15 % (measured 5 to 7 %, 2 % at CFL 1; air that closing gaps squeeze out once made it
+// 25 times that energy and 194 m/s), and no jet is seven times as fast as the fall.
 TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
   const std::string folder = testing::TempDir() + "splash_" + std::to_string(::getpid());
   fs::create_directories(folder);
