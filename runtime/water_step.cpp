@@ -32,10 +32,10 @@ constexpr double kChopDamping = 0.1;
 
 // The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
 // out fast, and water that comes there next takes the air's velocity. (A ring falling into a tub at
-// CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3, now at 9. One bound for the whole
-// tank, twice the fastest face: its splash gains 10 % of its energy in place of 7 %.) Beyond CFL 5
-// water moves through more air than is corrected, and the bound costs volume: a dam break at CFL 10
-// 10 % in place of 5 %.
+// CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3. One bound for the whole tank, twice
+// the fastest face: its splash gains 10 % of its energy in place of 7 %.) Beyond CFL 5 water moves
+// through more air than is corrected, and the bound costs volume: a dam break at CFL 10 10 % in
+// place of 5 %.
 constexpr double kMostSpeedup = 1.5, kLargestBoundedCfl = 5.0;
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.

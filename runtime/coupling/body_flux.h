@@ -91,17 +91,17 @@ class MovingTriangle {
   std::vector<std::size_t> moving_;
 };
 
-/// What of_some(triangles) makes of a hundred or so triangles at a time, on all threads; in their
-/// order, so that sums over the parts do not depend on the number of threads.
-template <class OfSome>
-auto parts_of(const std::vector<Vec3i>& triangles, const OfSome& of_some) {
+/// What of_some(items) makes of a hundred or so triangles or faces at a time, on all threads; in
+/// their order, so that sums over the parts do not depend on the number of threads.
+template <class Item, class OfSome>
+auto parts_of(const std::vector<Item>& items, const OfSome& of_some) {
   constexpr std::size_t kAtOnce = 128;
-  const std::size_t count = (triangles.size() + kAtOnce - 1) / kAtOnce;
-  std::vector<decltype(of_some(std::span<const Vec3i>()))> parts(count);
+  const std::size_t count = (items.size() + kAtOnce - 1) / kAtOnce;
+  std::vector<decltype(of_some(std::span<const Item>()))> parts(count);
 #pragma omp parallel for schedule(dynamic) if (count > 1)
   for (std::size_t p = 0; p < count; ++p)
-    parts[p] = of_some(std::span(triangles).subspan(
-        p * kAtOnce, std::min(kAtOnce, triangles.size() - p * kAtOnce)));
+    parts[p] = of_some(
+        std::span(items).subspan(p * kAtOnce, std::min(kAtOnce, items.size() - p * kAtOnce)));
   return parts;
 }
 

@@ -63,15 +63,11 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
 
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
                    BodyFlux& flux) {
-  constexpr std::size_t kAtOnce = 512;
-  std::vector<MatX> parts((faces.size() + kAtOnce - 1) / kAtOnce);
-#pragma omp parallel for schedule(dynamic) if (parts.size() > 1)
-  for (std::size_t n = 0; n < parts.size(); ++n) {
-    const std::size_t first = n * kAtOnce, count = std::min(kAtOnce, faces.size() - first);
-    parts[n] = carried_by_some(g, {&faces[first], count}, flux.flux);
-  }
   MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
-  for (const MatX& part : parts) mass += part;
+  for (const MatX& part : parts_of(faces, [&](std::span<const DualFace> some) {
+         return carried_by_some(g, some, flux.flux);
+       }))
+    mass += part;
   const double area = g.dx * g.dx;
   for (const DualFace& f : faces) {
     flux.flux(f.axis, f.low) -= area * f.slip;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <type_traits>
 #include <vector>
 
 #include "runtime/grid/grid.h"
@@ -42,14 +44,16 @@ inline double unless_rounding(double old, double value, double rounding) {
   return old + std::max(std::abs(change) / rounding - 1.0, 0.0) * change;
 }
 
-/// Joins the parts in their order.
-template <class T>
-std::vector<T> concatenate(const std::vector<std::vector<T>>& parts) {
-  std::size_t total = 0;
-  for (const auto& part : parts) total += part.size();
-  std::vector<T> all;
-  all.reserve(total);
-  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+/// Joins the lists, or `list` of each of the parts, in their order.
+template <class Part, class List = std::identity>
+auto concatenate(const std::vector<Part>& parts, List list = {}) {
+  std::vector<std::size_t> start(parts.size() + 1, 0);
+  for (std::size_t n = 0; n < parts.size(); ++n)
+    start[n + 1] = start[n] + std::invoke(list, parts[n]).size();
+  std::decay_t<decltype(std::invoke(list, parts[0]))> all(start.back());
+#pragma omp parallel for schedule(static) if (start.back() > 16 * kParallelFrom)
+  for (std::size_t n = 0; n < parts.size(); ++n)
+    std::ranges::copy(std::invoke(list, parts[n]), all.data() + start[n]);
   return all;
 }
 

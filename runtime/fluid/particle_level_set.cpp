@@ -94,22 +94,6 @@ void append(Particles& to, const Vec3& x, float radius, signed char sign) {
   to.position.push_back(x), to.radius.push_back(radius), to.sign.push_back(sign);
 }
 
-Particles joined(const std::vector<Particles>& parts) {
-  std::vector<std::size_t> start(parts.size() + 1, 0);
-  for (std::size_t n = 0; n < parts.size(); ++n) start[n + 1] = start[n] + parts[n].size();
-  Particles all;
-  all.position.resize(start.back()), all.radius.resize(start.back());
-  all.sign.resize(start.back());
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < parts.size(); ++n) {
-    const auto at = static_cast<std::ptrdiff_t>(start[n]);
-    std::copy(parts[n].position.begin(), parts[n].position.end(), all.position.begin() + at);
-    std::copy(parts[n].radius.begin(), parts[n].radius.end(), all.radius.begin() + at);
-    std::copy(parts[n].sign.begin(), parts[n].sign.end(), all.sign.begin() + at);
-  }
-  return all;
-}
-
 // What a cell holds before reseeding: indices order[first .. last).
 struct Bucket {
   int first, last;
@@ -286,7 +270,9 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
       if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
     }
   }
-  particles = joined(parts);
+  particles.position = concatenate(parts, &Particles::position);
+  particles.radius = concatenate(parts, &Particles::radius);
+  particles.sign = concatenate(parts, &Particles::sign);
 }
 
 void advect_particles(const Grid& g, const MacField& u, double dt, Particles& particles) {

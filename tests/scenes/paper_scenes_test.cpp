@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
+#include <string>
+#include <utility>
 
 #include "runtime/output/csv.h"
 
@@ -26,29 +28,37 @@ int shell(const std::string& command) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-class PaperScenes : public ::testing::TestWithParam<Coarse> {
- protected:
-  PaperScenes()
-      : folder_(testing::TempDir() + "paper_" + GetParam().scene + std::to_string(::getpid())) {
+// A folder of its own, in which a scene of the assets is run with a coarse grid.
+class CoarseScene {
+ public:
+  explicit CoarseScene(Coarse coarse)
+      : coarse_(std::move(coarse)),
+        folder_(testing::TempDir() + "paper_" + coarse_.scene + std::to_string(::getpid())) {
     fs::create_directories(folder_);
   }
-  ~PaperScenes() override { fs::remove_all(folder_); }
+  ~CoarseScene() { fs::remove_all(folder_); }
+  CoarseScene(const CoarseScene&) = delete;
+  CoarseScene& operator=(const CoarseScene&) = delete;
 
-  int build_archetype() const {
-    const std::string& name = GetParam().archetype;
-    return shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" + name +
-                 ".body.toml -o " + folder_ + "/" + name + ".h5");
+  // Builds the archetype and runs the scene; exit codes.
+  int build() const {
+    return shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" +
+                 coarse_.archetype + ".body.toml -o " + folder_ + "/" + coarse_.archetype + ".h5");
   }
-  int run() const {
-    const Coarse& c = GetParam();
-    return shell(ARCHETIDE_SIM_BIN " run " ARCHETIDE_ASSETS "/scenes/" + c.scene +
+  int run(const std::string& settings) const {
+    return shell(ARCHETIDE_SIM_BIN " run " ARCHETIDE_ASSETS "/scenes/" + coarse_.scene +
                  ".scene.toml -q -t 1 --archetypes " + folder_ + " -o " + folder_ +
-                 "/run --set fluid.particles=absent --set coupling.tolerance=1e-5" +
-                 " --set 'fluid.grid=" + c.grid + "' --set fluid.cell=" + c.cell +
-                 " --set time.end=" + std::to_string(c.end));
+                 "/run --set 'fluid.grid=" + coarse_.grid + "' --set fluid.cell=" + coarse_.cell +
+                 " --set time.end=" + std::to_string(coarse_.end) + settings);
   }
+  CsvTable table(const std::string& name) const { return read_csv(folder_ + "/run/" + name); }
+
+ private:
+  Coarse coarse_;
   std::string folder_;
 };
+
+class PaperScenes : public ::testing::TestWithParam<Coarse> {};
 
 double largest(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
@@ -66,9 +76,10 @@ double mean_of_last(const std::vector<double>& values, std::size_t count) {
 // again for that, and what the scenes expect (`[expect]` and `[limits]`: deformation, 5 % of
 // volume) holds: exit code 0.
 TEST_P(PaperScenes, RunsCoarse) {
-  ASSERT_EQ(build_archetype(), 0);
-  ASSERT_EQ(run(), 0);
-  const CsvTable stats = read_csv(folder_ + "/run/stats.csv");
+  const CoarseScene scene(GetParam());
+  ASSERT_EQ(scene.build(), 0);
+  ASSERT_EQ(scene.run(" --set fluid.particles=absent --set coupling.tolerance=1e-5"), 0);
+  const CsvTable stats = scene.table("stats.csv");
   const double dx = 1.0 / std::stod(GetParam().cell.substr(2));
   const auto penetration = stats.column("max_penetration");
   std::printf("measured: %s: %zu steps, overlap at most %.3f cells, at the end %.4f (mean %.4f), ",
@@ -82,7 +93,7 @@ TEST_P(PaperScenes, RunsCoarse) {
   EXPECT_LE(share, 0.5);
   EXPECT_LE(largest(penetration) / dx, 0.5);
   EXPECT_LE(sum(stats.column("halvings")), 0.05 * static_cast<double>(stats.rows()));
-  const CsvTable bodies = read_csv(folder_ + "/run/bodies.csv");
+  const CsvTable bodies = scene.table("bodies.csv");
   EXPECT_GE(*std::min_element(bodies.column("z").begin(), bodies.column("z").end()), 0.0);
 }
 
@@ -91,18 +102,10 @@ TEST_P(PaperScenes, RunsCoarse) {
 // more than 15 % (measured 5 to 7 %, 2 % at CFL 1; air that closing gaps squeeze out once made it
 // 25 times that energy and 194 m/s), and no jet is seven times as fast as the fall.
 TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
-  const std::string folder = testing::TempDir() + "splash_" + std::to_string(::getpid());
-  fs::create_directories(folder);
-  ASSERT_EQ(
-      shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/torus.body.toml -o " +
-            folder + "/torus.h5"),
-      0);
-  ASSERT_EQ(shell(ARCHETIDE_SIM_BIN " run " ARCHETIDE_ASSETS "/scenes/tub.scene.toml -q -t 1 " +
-                  ("--archetypes " + folder + " -o " + folder + "/run") +
-                  " --set fluid.grid=[64,64,64] --set fluid.cell=1/64 --set step.cfl=3"
-                  " --set coupling.tolerance=1e-4 --set time.end=1 --set expect=absent"),
-            0);
-  const CsvTable stats = read_csv(folder + "/run/stats.csv");
+  const CoarseScene scene({"tub", "torus", "[64,64,64]", "1/64", 1.0});
+  ASSERT_EQ(scene.build(), 0);
+  ASSERT_EQ(scene.run(" --set step.cfl=3 --set coupling.tolerance=1e-4 --set expect=absent"), 0);
+  const CsvTable stats = scene.table("stats.csv");
   const auto energy = stats.column("energy"), water = stats.column("water_kinetic"),
              body = stats.column("body_kinetic"), elastic = stats.column("body_elastic");
   double lowest = energy[0], gain = 0.0, most = 0.0;
@@ -116,7 +119,6 @@ TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
               most, speed);
   EXPECT_LE(gain, 0.15 * most);
   EXPECT_LE(speed, 12.0);
-  fs::remove_all(folder);
 }
 
 INSTANTIATE_TEST_SUITE_P(
