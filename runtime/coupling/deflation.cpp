@@ -22,6 +22,9 @@ constexpr double kKept = 0.6;
 // in a tenth more time.)
 constexpr double kMargin = 0.2;
 constexpr int kLeastMargin = 3, kMostMargin = 6;
+// It is built where the iterations that it saves are expected to be this part of its cost: the cost
+// is overestimated on small grids, and a tie goes to fewer iterations.
+constexpr double kWorth = 0.65;
 // Columns beyond this are not worth their dense E.
 constexpr int kMostColumns = 4000;
 
@@ -83,22 +86,28 @@ Deflation::Light Deflation::light_directions(const CoupledOperator& op, const Pa
 }
 
 // Both in iterations without deflation, fitted to 64^3, 128^3 and 192^3 with 1 to 48 bodies, r = 0
-// and 9, density ratio 1e-3 to 1. In 192^3 16 bodies at 1, 0.5 and 0.3, 48 at 0.05, 4 at 0.1 and 16
-// rigid ones at 0.3 saved 8, 14, 23, 86, 31, 4 (here 8, 15, 22, 73, 43, 5) and cost 9, 14, 13, 12,
-// 11, 5 (9, 12, 14, 11, 9, 5); on small grids the cost is overestimated.
+// and 9, density ratio 1e-3 to 1. In 192^3 at 1e-6 16 bodies at 1, 0.5 and 0.3, 48 at 0.05, 4 at
+// 0.1 and 16 rigid ones at 0.3 saved 8, 14, 23, 86, 31, 4 (here 8, 15, 22, 82, 29, 5) and cost 9,
+// 14, 13, 12, 11, 5 (9, 12, 14, 11, 9, 5); on small grids the cost is overestimated. In 96^3 at
+// 0.3 and 1e-4, 1e-6, 1e-8 one body saved 4, 6, 6 (4, 6, 8), two 8, 11, 15 (7, 10, 14), 16 of them
+// 17, 24, 31 (15, 23, 31).
 Deflation::Expectation Deflation::expect(std::size_t unknowns, const std::vector<Patch>& patches,
-                                         const std::vector<Light>& light) {
+                                         const std::vector<Light>& light, double tolerance) {
   Expectation e;
-  double largest = 0.0, directions = 0.0;
+  double directions = 0.0, largest = 0.0, sum = 0.0;
   e.cost = 2.0;
   for (std::size_t n = 0; n < patches.size(); ++n) {
     const auto kept = static_cast<double>(light[n].S.cols());
     const double share = static_cast<double>(patches[n].cells) / static_cast<double>(unknowns);
-    largest = std::max(largest, light[n].ratio);
-    directions += kept;
+    const double own = std::sqrt(1.0 + light[n].ratio) - 1.0;
+    largest = std::max(largest, own), sum += own, directions += kept;
     e.cost += (1.4 * kept + (kept > 0.0 ? 12.0 : 0.0)) * share;  // every iteration; cycles, E
   }
-  e.saved = std::min(16.0 * (std::sqrt(1.0 + largest) - 1.0), 2.5 * directions);
+  if (directions == 0.0) return e;
+  // Few bodies have few eigenvalues away from the water's, which conjugate gradients find.
+  const double alike = sum / largest, spread = alike / (alike + 3.0);
+  const double decades = -std::log10(std::min(tolerance, 0.1));
+  e.saved = std::min(19.0 * spread * largest, 2.5 * directions) * decades / 6.0;
   return e;
 }
 
@@ -106,7 +115,8 @@ bool Deflation::many_patches() const {
   return static_cast<int>(patches_.size()) >= omp_get_max_threads();
 }
 
-void Deflation::setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice) {
+void Deflation::setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice,
+                      double tolerance) {
   patches_.clear();
   columns_ = 0;
   if (choice == DeflationChoice::kNever) return;
@@ -120,10 +130,8 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
     light.push_back(light_directions(op, p));
     directions += static_cast<double>(light.back().S.cols());
   }
-  const Expectation e = expect(op.water().unknowns(), patches_, light);
-  // A tie goes to fewer iterations.
-  const double worth = e.saved > 10.0 ? 0.6 : 0.8;
-  const bool pays = choice == DeflationChoice::kAlways || e.saved > worth * e.cost;
+  const Expectation e = expect(op.water().unknowns(), patches_, light, tolerance);
+  const bool pays = choice == DeflationChoice::kAlways || e.saved > kWorth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
   if (many_patches()) {
 #pragma omp parallel

@@ -23,9 +23,10 @@ enum class DeflationChoice { kAuto, kNever, kAlways };
 /// Nabben, Vuik, Erlangga 2009]: it needs Y^T r = 0 at the start, which `start` brings about.
 class Deflation {
  public:
-  /// Builds Y and E, or nothing where that would cost more than the iterations it saves. `water`:
-  /// of the operator's water.
-  void setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice);
+  /// Builds Y and E, or nothing where that would cost more than the iterations to `tolerance` that
+  /// it saves. `water`: of the operator's water.
+  void setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice,
+             double tolerance);
 
   bool empty() const { return columns_ == 0; }
   int columns() const { return columns_; }
@@ -85,7 +86,7 @@ class Deflation {
   };
   static Light light_directions(const CoupledOperator& op, const Patch& p);
   static Expectation expect(std::size_t unknowns, const std::vector<Patch>& patches,
-                            const std::vector<Light>& light);
+                            const std::vector<Light>& light, double tolerance);
   void fill(const CoupledOperator& op, const Multigrid& water, const MatX& S, Local& local,
             Patch& p) const;
   void assemble(const CoupledOperator& op);
