@@ -1,6 +1,7 @@
 #include "runtime/fluid/redistance.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -145,7 +146,8 @@ double interface_distance(const Array3<double>& phi, const Box& box, double dx, 
 // are not reached hold their old distance, raised by `band`: beyond it all are alike.
 struct Front {
   static constexpr int kRim = 2;
-  enum : unsigned char { kUnreached, kReached, kClosed };  // closed: reached, but not inside `band`
+  // closed: reached, but not inside `band`. Once all are, a cell rests or is due to be updated.
+  enum : unsigned char { kUnreached, kReached, kClosed, kResting, kDue };
 
   double dx, band;
   std::ptrdiff_t stride[3];
@@ -330,7 +332,17 @@ void start_layer(Front& f, const std::vector<int>& layer, std::vector<double>& v
   for (int t = 0; t < count; ++t) f.reach(layer[t], values[t]);
 }
 
-// One Jacobi update of a layer, second order; returns the largest change, m.
+// Those of a layer that something in their stencil has moved for; they are not due any more.
+std::vector<int> take_due(Front& f, const std::vector<int>& layer) {
+  return collect_from(layer, [&](int n, std::vector<int>& out) {
+    if (f.marks[n] != Front::kDue) return;
+    f.marks[n] = Front::kResting;
+    out.push_back(n);
+  });
+}
+
+// One Jacobi update of the cells, second order; whose stencil a cell belongs to that has moved is
+// due. Returns the largest change, m.
 double relax(Front& f, const std::vector<int>& layer, std::vector<double>& values) {
   const int count = static_cast<int>(layer.size());
   values.resize(count + kBlock);
@@ -350,21 +362,31 @@ double relax(Front& f, const std::vector<int>& layer, std::vector<double>& value
     for (int l = 0; l < kBlock; ++l) change = std::max(change, most[l]);
   }
 #pragma omp parallel for if (count > kParallelFrom)
-  for (int t = 0; t < count; ++t) f.distance[layer[t]] = values[t];
+  for (int t = 0; t < count; ++t) {
+    double& distance = f.distance[layer[t]];
+    const bool moved = std::abs(values[t] - distance) > kConverged * f.dx;
+    distance = values[t];
+    if (!moved) continue;
+    for (const std::ptrdiff_t stride : f.stride)
+      for (const std::ptrdiff_t step : {-2 * stride, -stride, stride, 2 * stride})
+        std::atomic_ref(f.marks[layer[t] + step]).store(Front::kDue, std::memory_order_relaxed);
+  }
   return change;
 }
 
-// Updates outwards, layer after layer, over and over until nothing moves; a layer rests while the
-// two on either side of it, which its stencil reaches, rest.
+// Updates outwards, layer after layer, over and over until nothing moves. After the first time only
+// cells whose stencil has moved, and only layers whose stencil reaches one that has.
 void relax_band(Front& f, const std::vector<std::vector<int>>& layers) {
   const int count = static_cast<int>(layers.size());
   std::vector<double> change(count, f.band), values;
+  for (const std::vector<int>& layer : layers)
+    for (const int n : layer) f.marks[n] = Front::kDue;
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep)
     for (int l = 0; l < count; ++l) {
       const auto first = change.begin() + std::max(l - 2, 0),
                  last = change.begin() + std::min(l + 3, count);
-      if (*std::max_element(first, last) > kConverged * f.dx)
-        change[l] = relax(f, layers[l], values);
+      if (*std::max_element(first, last) <= kConverged * f.dx) continue;
+      change[l] = relax(f, take_due(f, layers[l]), values);
     }
 }
 
