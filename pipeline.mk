@@ -34,8 +34,8 @@ FORCE:
 # ---- Programs -------------------------------------------------------------------------------------------------------
 
 ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev libcgal-dev libgmsh-dev \
-  libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libembree-dev libtomlplusplus-dev \
-  libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
+  libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
+  libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
 
 # Installs the Debian packages that are missing; asks nothing and touches nothing when all are there.
 deps:

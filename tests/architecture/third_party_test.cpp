@@ -27,6 +27,7 @@ const std::map<std::string, std::vector<std::string>>& homes() {
       {"lapack", {"precompute/"}},
       {"hdf5", {"common/hdf5_file.cpp"}},
       {"H5", {"common/hdf5_file.cpp"}},
+      {"openssl/", {"common/sha256.cpp"}},
       {"toml++", {"common/param"}},
       {"embree", {"runtime/output/"}},
       {"png", {"common/image.cpp"}},
