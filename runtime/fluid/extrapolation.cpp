@@ -76,26 +76,15 @@ std::vector<std::vector<int>> grow_layers(Mask& valid, int count) {
   return layers;
 }
 
-// Layer by layer: f from value(n, layer), which reads points before this layer only.
-template <class Value>
-void fill_layers(Array3<double>& f, const std::vector<std::vector<int>>& layers,
-                 const Value& value) {
+// Layer by layer, set(n, layer) of every point; reads points before this layer only.
+template <class Set>
+void for_each_layer(const std::vector<std::vector<int>>& layers, const Set& set) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const std::vector<int>& points = layers[l];
     const int count = static_cast<int>(points.size()), layer = static_cast<int>(l) + 1;
 #pragma omp parallel for if (count > kParallelFrom)
-    for (int t = 0; t < count; ++t) f[points[t]] = value(points[t], layer);
+    for (int t = 0; t < count; ++t) set(points[t], layer);
   }
-}
-
-// Mean of the known neighbours.
-double constant_extension(const Array3<double>& f, const Mask& valid, int n, int layer) {
-  double sums[3] = {0.0, 0.0, 0.0};
-  int count = 0;
-  for_each_neighbour(valid, unravel(valid, n), n, [&](int axis, int, int m) {
-    if (known(valid, m, layer)) sums[axis] += f[m], ++count;
-  });
-  return (sums[0] + sums[1] + sums[2]) / count;
 }
 
 // How far two successive slopes are alike: 1 from a ratio of 3/4 on, 0 below 1/2, where the flow is
@@ -114,27 +103,43 @@ double trusted_slope(double a, double b, double c) {
   return likeness(a, b) * likeness(b, c) * (std::abs(a) < std::abs(b) ? a : b);
 }
 
-// Linear: the mean over the known neighbours m of f(m) and the slope on the way to it, 0 if it is
-// not known.
-double linear_extension(const Array3<double>& f, const Mask& valid, int n, int layer) {
-  const int stride[3] = {1, f.nx(), f.nx() * f.ny()}, size[3] = {f.nx(), f.ny(), f.nz()};
-  const Ijk c = unravel(valid, n);
-  const int at[3] = {c.i, c.j, c.k};
-  double sums[3] = {0.0, 0.0, 0.0};
+// The known neighbours of a point, and what lies behind them.
+struct KnownBeside {
   int count = 0;
-  const auto is_known = [&](int m) { return known(valid, m, layer); };
-  for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
-    if (!is_known(m)) return;
-    ++count;
-    double value = f[m];
-    const int end = at[axis] + 4 * side, step = side * stride[axis];
-    const int p = m + step, q = p + step, r = q + step;
-    if (end >= 0 && end < size[axis] && is_known(p) && is_known(q) && is_known(r))
-      value += trusted_slope(f[m] - f[p], f[p] - f[q], f[q] - f[r]);
-    sums[axis] += value;
-  });
-  return (sums[0] + sums[1] + sums[2]) / count;
-}
+  int axis[6], m[6];
+  int step[6];  // to the next point behind m; 0: those that a slope takes are not all known
+
+  KnownBeside(const Mask& valid, int n, int layer) {
+    const int stride[3] = {1, valid.nx(), valid.nx() * valid.ny()},
+              size[3] = {valid.nx(), valid.ny(), valid.nz()};
+    const Ijk c = unravel(valid, n);
+    const int at[3] = {c.i, c.j, c.k};
+    for_each_neighbour(valid, c, n, [&](int a, int side, int beside) {
+      if (!known(valid, beside, layer)) return;
+      axis[count] = a, m[count] = beside, step[count] = 0;
+      const int end = at[a] + 4 * side, back = side * stride[a];
+      if (layer <= kLinearLayers && end >= 0 && end < size[a] &&
+          known(valid, beside + back, layer) && known(valid, beside + 2 * back, layer) &&
+          known(valid, beside + 3 * back, layer))
+        step[count] = back;
+      ++count;
+    });
+  }
+
+  // The mean over the neighbours m of f(m) and the slope on the way to it, 0 if it is not known.
+  double mean(const Array3<double>& f) const {
+    double sums[3] = {0.0, 0.0, 0.0};
+    for (int b = 0; b < count; ++b) {
+      const double* behind = f.data() + m[b];
+      double value = *behind;
+      if (const std::ptrdiff_t s = step[b])
+        value += trusted_slope(behind[0] - behind[s], behind[s] - behind[2 * s],
+                               behind[2 * s] - behind[3 * s]);
+      sums[axis[b]] += value;
+    }
+    return (sums[0] + sums[1] + sums[2]) / count;
+  }
+};
 
 void zero_invalid(Array3<double>& f, const Mask& valid) {
   const int rows = valid.ny() * valid.nz(), nx = valid.nx();
@@ -278,14 +283,11 @@ void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsign
   for (int a = 0; a < 3; ++a) {
     const Mask& known = valid[a];
     const std::vector<std::vector<int>> grown = grow_layers(valid[a], layers);
-    for (MacField* u : fields) {
-      Array3<double>& f = (*u)[a];
-      fill_layers(f, grown, [&](int n, int layer) {
-        return layer <= kLinearLayers ? linear_extension(f, known, n, layer)
-                                      : constant_extension(f, known, n, layer);
-      });
-      zero_invalid(f, known);
-    }
+    for_each_layer(grown, [&](int n, int layer) {
+      const KnownBeside beside(known, n, layer);
+      for (MacField* u : fields) (*u)[a][n] = beside.mean((*u)[a]);
+    });
+    for (MacField* u : fields) zero_invalid((*u)[a], known);
   }
 }
 
@@ -298,9 +300,9 @@ void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int
 #pragma omp parallel for simd schedule(static)
   for (std::size_t n = 0; n < solid.size(); ++n)
     marks[n] = closed[n] == 0 || (seen && seen[n] != 0);
-  fill_layers(phi, grow_layers(valid, layers), [&](int n, int layer) {
+  for_each_layer(grow_layers(valid, layers), [&](int n, int layer) {
     const double value = line_extension(phi, valid, n, layer, g.dx, band);
-    return unless_rounding(phi[n], value, kUnchanged * g.dx);
+    phi[n] = unless_rounding(phi[n], value, kUnchanged * g.dx);
   });
 }
 
