@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "runtime/coupling/clip.h"
 #include "runtime/coupling/surface_sweep.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 namespace {
@@ -25,10 +27,8 @@ BodySurface body_surface(const ReducedBody& body, ModalMass mass) {
 
 DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
                               const std::vector<Vec3i>& triangles, SolidFractions& fractions) {
-  const CellBox box = cell_box(g, points);
-  std::vector<CellMoments> moments =
-      cell_moments(g, box, points, triangles, mean_curvature(points, triangles));
-  return sweep_surface(g, box, moments, fractions);
+  SurfaceCells cells = cell_moments(g, points, triangles, mean_curvature(points, triangles));
+  return sweep_surface(g, cells, fractions);
 }
 
 WetSurface wet_surface(const BodySurface& s) {
@@ -135,15 +135,11 @@ namespace {
 /// F of one body as its surface is swept: a column for each cell that was asked for.
 class FluxColumns {
  public:
-  FluxColumns(const CellBox& box, int dofs) : box_(box), dofs_(dofs), slot_of_(box.count(), -1) {}
+  FluxColumns(const CellBox& box, int dofs) : dofs_(dofs), slots_(box) {}
 
   int slot(const Vec3i& cell) {
-    int& at = slot_of_[box_.index(cell)];
-    if (at < 0) {
-      at = static_cast<int>(cells_.size());
-      cells_.push_back(cell);
-      columns_.resize(columns_.size() + dofs_, 0.0);
-    }
+    const int at = slots_.slot(cell);
+    columns_.resize(slots_.cells().size() * dofs_, 0.0);
     return at;
   }
   double* column(const Vec3i& cell) {
@@ -153,21 +149,20 @@ class FluxColumns {
   /// B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
   BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {
     BodyFlux f;
-    f.flux = Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(cells_.size()));
+    f.flux =
+        Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(slots_.cells().size()));
     f.flux.bottomRows(dofs_ - 6).noalias() -=
         terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
-    f.cell.reserve(cells_.size());
-    for (const Vec3i& c : cells_)
+    f.cell.reserve(slots_.cells().size());
+    for (const Vec3i& c : slots_.cells())
       f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
                                   (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
     return f;
   }
 
  private:
-  const CellBox& box_;
   int dofs_;
-  std::vector<int> slot_of_;
-  std::vector<Vec3i> cells_;
+  CellSlots slots_;
   std::vector<double> columns_;  // dofs per cell
 };
 
@@ -213,56 +208,71 @@ SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<dou
   return swept;
 }
 
-/// Raw fluxes of all members and moments of the cells: every quantity is linear on a piece, so its
-/// value at the centroid times the area is exact.
-std::vector<FluxColumns> sweep_members(const Grid& g, const WetSurface& s, const CellBox& box,
-                                       std::vector<CellMoments>& moments) {
+/// Raw fluxes of all members of a surface and moments of the cells.
+struct SweptSurface {
+  SurfaceCells cells;
+  std::vector<FluxColumns> columns;  // of every member
+};
+
+/// Every quantity is linear on a piece, so its value at the centroid times the area is exact.
+SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
-  std::vector<FluxColumns> columns;
-  for (const WetSurface::Member& m : s.members) columns.emplace_back(box, m.body->body->dofs());
+  SweptSurface swept{SurfaceCells(cell_box(g, *s.points)), {}};
+  for (const WetSurface::Member& m : s.members)
+    swept.columns.emplace_back(swept.cells.box(), m.body->body->dofs());
   const std::vector<SweptPieces> parts = parts_of(
       *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
   for (const SweptPieces& part : parts) {
     const double* flux = part.flux.data();
     std::size_t n = 0;
     for (const SweptPieces::Piece& piece : part.pieces) {
-      moments[box.index(piece.cell)].add(piece.area, piece.at, piece.bend);
+      swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
       for (; n < piece.members; ++n) {
         const std::size_t m = part.member[n];
         const int dofs = s.members[m].body->body->dofs();
-        double* column = columns[m].column(piece.cell);
+        double* column = swept.columns[m].column(piece.cell);
         for (int d = 0; d < dofs; ++d) column[d] += flux[d];
         flux += dofs;
       }
     }
   }
-  return columns;
+  return swept;
 }
 
 }  // namespace
 
+std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurface*>& surfaces,
+                                 const std::vector<DualFaces*>& faces, SolidFractions& fractions) {
+  const std::size_t count = surfaces.size();
+  std::vector<std::optional<SweptSurface>> swept(count);
+  for_each_large(count,
+                 [&](std::size_t b) { swept[b] = sweep_members(g, wet_surface(*surfaces[b])); });
+  for (std::size_t b = 0; b < count; ++b) *faces[b] = sweep_surface(g, swept[b]->cells, fractions);
+  std::vector<BodyFlux> fluxes(count);
+  for_each_large(count, [&](std::size_t b) {
+    const BodySurface& s = *surfaces[b];
+    FluxColumns& columns = swept[b]->columns[0];
+    bound_slip(s.body->archetype->volume / (g.dx * g.dx * g.dx), *faces[b]);
+    for (DualFace& face : *faces[b]) {
+      face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
+      face.high = columns.slot(face.face);
+    }
+    fluxes[b] = columns.finish(g, s.terms);
+  });
+  return fluxes;
+}
+
 BodyFlux cut_body(const Grid& g, const BodySurface& s, SolidFractions& fractions,
                   DualFaces& faces) {
-  const CellBox box = cell_box(g, s.points);
-  std::vector<CellMoments> moments(box.count());
-  FluxColumns columns = std::move(sweep_members(g, wet_surface(s), box, moments)[0]);
-  faces = sweep_surface(g, box, moments, fractions);
-  bound_slip(s.body->archetype->volume / (g.dx * g.dx * g.dx), faces);
-  for (DualFace& face : faces) {
-    face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
-    face.high = columns.slot(face.face);
-  }
-  return columns.finish(g, s.terms);
+  return std::move(cut_bodies(g, {&s}, {&faces}, fractions)[0]);
 }
 
 std::vector<BodyFlux> cut_skin(const Grid& g, const WetSurface& skin, SolidFractions& fractions) {
-  const CellBox box = cell_box(g, *skin.points);
-  std::vector<CellMoments> moments(box.count());
-  const std::vector<FluxColumns> columns = sweep_members(g, skin, box, moments);
-  sweep_surface(g, box, moments, fractions);
+  SweptSurface swept = sweep_members(g, skin);
+  sweep_surface(g, swept.cells, fractions);
   std::vector<BodyFlux> fluxes;
-  for (std::size_t m = 0; m < columns.size(); ++m)
-    fluxes.push_back(columns[m].finish(g, skin.members[m].body->terms));
+  for (std::size_t m = 0; m < swept.columns.size(); ++m)
+    fluxes.push_back(swept.columns[m].finish(g, skin.members[m].body->terms));
   return fluxes;
 }
 

@@ -130,8 +130,11 @@ using DualFaces = std::vector<DualFace>;
 DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
                               const std::vector<Vec3i>& triangles, SolidFractions& fractions);
 
-/// Cut cells: F of the body's surface, with a column for each cell beside `faces`; adds its
+/// Cut cells: F of every body's surface, with a column for each cell beside its `faces`; adds their
 /// fractions.
+std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurface*>& surfaces,
+                                 const std::vector<DualFaces*>& faces, SolidFractions& fractions);
+/// The same of one.
 BodyFlux cut_body(const Grid& g, const BodySurface& surface, SolidFractions& fractions,
                   DualFaces& faces);
 

@@ -21,6 +21,28 @@ struct CellBox {
 CellBox cell_box(const Grid& g, const std::vector<Vec3>& points);
 CellBox whole_box(const Grid& g);
 
+/// Numbers those cells of a box that are asked for, from 0 on.
+class CellSlots {
+ public:
+  explicit CellSlots(const CellBox& box) : box_(box), slot_of_(box.count(), -1) {}
+  const CellBox& box() const { return box_; }
+  /// In the order of their numbers.
+  const std::vector<Vec3i>& cells() const { return cells_; }
+  /// The number of a cell, which it is given if it has none.
+  int slot(const Vec3i& cell) {
+    int& at = slot_of_[box_.index(cell)];
+    if (at < 0) at = static_cast<int>(cells_.size()), cells_.push_back(cell);
+    return at;
+  }
+  /// -1: it has none.
+  int find(const Vec3i& cell) const { return slot_of_[box_.index(cell)]; }
+
+ private:
+  CellBox box_;
+  std::vector<int> slot_of_;
+  std::vector<Vec3i> cells_;
+};
+
 /// Calls f(first, last) for the rows of a lattice of cells or faces in a box, faces on its high
 /// sides included; on all threads.
 template <class T, class F>

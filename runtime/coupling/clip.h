@@ -71,34 +71,35 @@ void for_each_piece(const Grid& g, const Vec3 x[3], const Visit& visit) {
   ClipPolygon whole;
   for (int v = 0; v < 3; ++v) whole.add({x[v], Vec3::Unit(v)});
 
-  // Slabs between cell planes; the outermost slab of the range takes all that lies beyond it.
-  const auto slab = [&](const ClipPolygon& in, int axis, int cell, ClipPolygon& out) {
-    if (low[axis] == high[axis]) {
-      out = in;
-      return;
+  // Slabs between cell planes; the outermost slab of the range takes all that lies beyond it. In
+  // `room`, or `in` itself.
+  const auto slab = [&](const ClipPolygon& in, int axis, int cell,
+                        ClipPolygon& room) -> const ClipPolygon& {
+    const bool cut_low = cell > low[axis], cut_high = cell < high[axis];
+    const auto above = [&](const auto& c) { return cell - c.x[axis]; };
+    const auto below = [&](const auto& c) { return c.x[axis] - (cell + 1); };
+    if (cut_low && cut_high) {
+      ClipPolygon half;
+      clip_polygon(in, above, half);
+      clip_polygon(half, below, room);
+    } else if (cut_low) {
+      clip_polygon(in, above, room);
+    } else if (cut_high) {
+      clip_polygon(in, below, room);
+    } else {
+      return in;
     }
-    ClipPolygon half;
-    const ClipPolygon* from = &in;
-    if (cell > low[axis]) {
-      clip_polygon(
-          in, [&](const auto& c) { return cell - c.x[axis]; }, half);
-      from = &half;
-    }
-    if (cell < high[axis])
-      clip_polygon(
-          *from, [&](const auto& c) { return c.x[axis] - (cell + 1); }, out);
-    else
-      out = *from;
+    return room;
   };
-  ClipPolygon in_x, in_xy, piece;
+  ClipPolygon room_x, room_xy, room_xyz;
   for (int i = low[0]; i <= high[0]; ++i) {
-    slab(whole, 0, i, in_x);
+    const ClipPolygon& in_x = slab(whole, 0, i, room_x);
     if (in_x.n == 0) continue;
     for (int j = low[1]; j <= high[1]; ++j) {
-      slab(in_x, 1, j, in_xy);
+      const ClipPolygon& in_xy = slab(in_x, 1, j, room_xy);
       if (in_xy.n == 0) continue;
       for (int k = low[2]; k <= high[2]; ++k) {
-        slab(in_xy, 2, k, piece);
+        const ClipPolygon& piece = slab(in_xy, 2, k, room_xyz);
         if (piece.n > 0) visit(Vec3i(i, j, k), piece);
       }
     }

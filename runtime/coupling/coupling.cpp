@@ -86,15 +86,21 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   faces_.resize(bodies.size());
   fluxes_.assign(bodies.size(), {});
   skinned_ = skinned_bodies(bodies.size(), skins_);
-  for (const StageBody& b : bodies) {
+  for (const StageBody& b : bodies)
     surfaces_.push_back(body_surface(b.met ? *b.met : *b.body, options_.modal.mass));
-    const std::size_t n = surfaces_.size() - 1;
+  std::vector<std::size_t> bare;  // bodies that the water meets themselves
+  std::vector<const BodySurface*> bare_surfaces;
+  std::vector<DualFaces*> bare_faces;
+  for (std::size_t n = 0; n < bodies.size(); ++n) {
     if (skinned_[n]) continue;
     cut_.push_back(cell_box(g, surfaces_[n].points));
-    if (options_.geometry == Geometry::kCutCell)
-      fluxes_[n] = cut_body(g, surfaces_[n], solids_, faces_[n]);
-    else
+    bare.push_back(n), bare_surfaces.push_back(&surfaces_[n]), bare_faces.push_back(&faces_[n]);
+    if (options_.geometry == Geometry::kVoxel)
       voxels_.push_back(voxel_body(g, surfaces_[n], solids_));
+  }
+  if (options_.geometry == Geometry::kCutCell) {
+    std::vector<BodyFlux> fluxes = cut_bodies(g, bare_surfaces, bare_faces, solids_);
+    for (std::size_t m = 0; m < bare.size(); ++m) fluxes_[bare[m]] = std::move(fluxes[m]);
   }
   skin_points_.resize(skins_.size());
   for (std::size_t s = 0; s < skins_.size(); ++s) {
@@ -217,7 +223,12 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
 SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies,
                                  MacField& u, std::vector<CoupledBody>& coupled,
                                  std::vector<StageResult>& results) {
-  const std::vector<CoupledBody> unheld = coupled;
+  struct Unheld {
+    VecX y_star;
+    MatX inverse_mass;
+  };
+  std::vector<Unheld> unheld;
+  for (const CoupledBody& c : coupled) unheld.push_back({c.y_star, c.inverse_mass});
   const std::size_t n = bodies.size();
   std::vector<MatX> rows(n), tangents(n);
   std::vector<std::vector<int>> pressing(n);
@@ -233,7 +244,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     pressing[b] = pressing_rows(results[b].motion.H, rows[b], unheld[b].y_star, contacts.target);
     any = true;
   }
-  const MacField u_star = any ? u : MacField();
+  if (any) copy_values(u, u_star_);
 
   SolveReport total;
   constexpr int kMaxRounds = 4;
@@ -245,7 +256,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
       coupled[b].inverse_mass = held.inverse();
       coupled[b].y_star = held.project(unheld[b].y_star);
     }
-    if (round > 0) u = u_star;
+    if (round > 0) copy_values(u_star_, u);
     const SolveReport r =
         solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve, u,
                       valid_, pressure_[stage == Stage::kVelocityFull]);
@@ -376,7 +387,8 @@ std::size_t Coupling::bytes() const {
     return item * (f[0].size() + f[1].size() + f[2].size());
   };
   const std::size_t cells = options_.grid.cells();
-  return solver_.bytes() + faces(obstacles_.face, 8) * 4 + faces(valid_, 1) + cells * (8 * 7 + 1);
+  return solver_.bytes() + faces(obstacles_.face, 8) * 4 + faces(valid_, 1) + faces(u_star_, 8) +
+         cells * (8 * 7 + 1);
 }
 
 }  // namespace archetide

@@ -139,6 +139,7 @@ class Coupling {
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage
+  MacField u_star_;                     // what a solve with bodies held at walls begins with
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();

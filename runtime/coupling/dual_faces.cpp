@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <span>
 
+#include "runtime/fluid/cell_list.h"
+
 namespace archetide {
 namespace {
 
@@ -52,7 +54,8 @@ void bound_slip(double volume, std::vector<DualFace>& faces) {
 void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
                       std::vector<DualFace>& faces, FaceField<double>& weight) {
   const auto unknown = [&](const Vec3i& c) { return kind(c[0], c[1], c[2]) == CellKind::kUnknown; };
-  for (DualFace& f : faces) {
+#pragma omp parallel for schedule(static) if (faces.size() > kParallelFrom)
+  for (DualFace& f : faces) {  // each its own entry of `weight`
     const bool low = unknown(f.face - Vec3i::Unit(f.axis)), high = unknown(f.face);
     const double w = open[f.axis](f.face[0], f.face[1], f.face[2]);
     f.wet = w == 0.0 ? f.closed && (low || high) : low && high;

@@ -1,6 +1,7 @@
 #include "runtime/coupling/hydrostatic_force.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "runtime/coupling/clip.h"
@@ -42,9 +43,9 @@ class TriangleForce {
   Vec3 corner_[3], normal_;
 };
 
-enum class Pressure { kFromReference, kUnderInterface, kInterface, kNone };
-
-// What the surface carries beside p', or rho g . (x - x_ref) wherever it is wet.
+// What the surface carries beside p' (rho g . (x - x_ref) under water, the interface's pressure
+// above it where the cell holds an unknown, and what lies under the interface where it does not),
+// or rho g . (x - x_ref) wherever it is wet.
 enum class Loads { kBesideDynamic, kStill };
 
 struct CellCorners {
@@ -122,32 +123,34 @@ std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
       if (!in_grid(cell)) return;
       const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
+      std::array<double, ClipPolygon::kMaxCorners> phi;
+      bool some_wet = false, some_dry = false;
+      for (int a = 0; a < piece.n; ++a) {
+        phi[a] = level(triangle.at(piece.corner[a].bary));
+        some_wet = some_wet || phi[a] <= 0.0, some_dry = some_dry || phi[a] > 0.0;
+      }
+      const auto add_part = [&](double sign, const auto& h_at) {  // where sign phi <= 0
+        if (!(some_wet && some_dry)) return add_polygon(piece, h_at, triangle);
+        ClipPolygon part;
+        clip_polygon(
+            piece, [&](const auto& c) { return sign * phi[&c - piece.corner.data()]; }, part);
+        add_polygon(part, h_at, triangle);
+      };
+      if (some_wet && (unknown || loads == Loads::kStill))
+        add_part(1.0, [&](const Vec3& w) { return rho_g.dot(read_at(w) - hydro.reference); });
+      if (loads == Loads::kStill || !(unknown ? some_dry : some_wet)) return;
+      // Towards the interface, which carries a pressure of its own.
       const Vec3 centroid = triangle.at(centroid_weights(piece));
       const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
+      const auto to_interface = [&](const Vec3& at) { return Vec3(level(at) * up); };
+      if (!unknown)
+        return add_part(1.0,
+                        [&](const Vec3& w) { return rho_g.dot(to_interface(triangle.at(w))); });
       const double back = hydro.density * carried_pressure(g, free, hydro.gravity, centroid);
-      ClipPolygon part;
-      for (const bool wet : {true, false}) {
-        const Pressure kind_of_h =
-            loads == Loads::kStill ? (wet ? Pressure::kFromReference : Pressure::kNone)
-            : wet ? (unknown ? Pressure::kFromReference : Pressure::kUnderInterface)
-                  : (unknown ? Pressure::kInterface : Pressure::kNone);
-        if (kind_of_h == Pressure::kNone) continue;
-        clip_polygon(
-            piece,
-            [&](const auto& c) {
-              const double d = level(triangle.at(c.bary));
-              return wet ? d : -d;
-            },
-            part);
-        const auto h_at = [&](const Vec3& bary) {
-          const Vec3 at = triangle.at(bary), to_interface = level(at) * up;
-          if (kind_of_h == Pressure::kFromReference)
-            return rho_g.dot(read_at(bary) - hydro.reference);
-          if (kind_of_h == Pressure::kUnderInterface) return rho_g.dot(to_interface);
-          return rho_g.dot(at - to_interface - hydro.reference) - back;
-        };
-        add_polygon(part, h_at, triangle);
-      }
+      add_part(-1.0, [&](const Vec3& w) {
+        const Vec3 at = triangle.at(w);
+        return rho_g.dot(at - to_interface(at) - hydro.reference) - back;
+      });
     });
   }
   return forces;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "runtime/fluid/cell_list.h"
+
 namespace archetide {
 namespace {
 
@@ -215,8 +217,13 @@ std::vector<char> touched_rows(const Grid& g, const std::vector<DualFaces*>& sol
   };
   for (const CellBox& box : *changed)
     touch(box.low[1], box.low[1] + box.size[1], box.low[2], box.low[2] + box.size[2]);
+  int last_j = -1, last_k = -1;  // faces of one row follow each other
   for (const DualFaces* faces : solids)
-    for (const DualFace& f : *faces) touch(f.face[1], f.face[1], f.face[2], f.face[2]);
+    for (const DualFace& f : *faces) {
+      if (f.face[1] != last_j || f.face[2] != last_k)
+        touch(f.face[1], f.face[1], f.face[2], f.face[2]);
+      last_j = f.face[1], last_k = f.face[2];
+    }
   return rows;
 }
 
@@ -338,6 +345,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
   else
     copy_values(open, A.w);
   for (const DualFaces* faces : solids)
+#pragma omp parallel for schedule(static) if (faces->size() > kParallelFrom)
     for (const DualFace& f : *faces) {
       const Vec3i& at = f.face;
       A.w[f.axis](at[0], at[1], at[2]) = open[f.axis](at[0], at[1], at[2]);

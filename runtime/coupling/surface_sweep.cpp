@@ -36,11 +36,10 @@ void CellMoments::add(const Vec3& a, double x, double kappa) {
   curvature += a.norm() * kappa;
 }
 
-std::vector<CellMoments> cell_moments(const Grid& g, const CellBox& box,
-                                      const std::vector<Vec3>& points,
-                                      const std::vector<Vec3i>& triangles,
-                                      const std::vector<double>& curvature) {
-  std::vector<CellMoments> moments(box.count());
+SurfaceCells cell_moments(const Grid& g, const std::vector<Vec3>& points,
+                          const std::vector<Vec3i>& triangles,
+                          const std::vector<double>& curvature) {
+  SurfaceCells cells(cell_box(g, points));
   for (const Vec3i& t : triangles) {
     Vec3 x[3], bend;
     for (int v = 0; v < 3; ++v) {
@@ -50,10 +49,10 @@ std::vector<CellMoments> cell_moments(const Grid& g, const CellBox& box,
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      moments[box.index(cell)].add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
+      cells.at(cell).add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
     });
   }
-  return moments;
+  return cells;
 }
 
 std::vector<double> mean_curvature(const std::vector<Vec3>& points,
@@ -75,46 +74,95 @@ std::vector<double> mean_curvature(const std::vector<Vec3>& points,
   return kappa;
 }
 
-std::vector<DualFace> sweep_surface(const Grid& g, const CellBox& box,
-                                    std::vector<CellMoments>& moments, SolidFractions& fractions) {
-  constexpr double kSnap = 1e-12;  // round-off of the sums; measured below 1e-13 on 24k triangles
-  constexpr double kTouched = 1e-12;                   // surface in a dual cell, cells^2
+namespace {
+
+// Sweeps lines of cells along an axis.
+class LineSweep {
+ public:
+  LineSweep(const Grid& g, int axis, SurfaceCells& surface, SolidFractions& fractions)
+      : g_(g), axis_(axis), surface_(surface), fractions_(fractions) {}
+
+  // One line: what lies below the next cell.
+  struct Line {
+    double solid = 0.0;                 // fraction of the face
+    double half_below = 0.0;            // solid volume of the half of the last cell next to it
+    const CellMoments* last = nullptr;  // none: the line begins
+  };
+
+  // The next cell of a line; adds to the faces whose dual cell the surface crosses.
+  void step(const Vec3i& cell, Line& line, std::vector<DualFace>& faces) {
+    CellMoments* const touched = surface_.find(cell);
+    const double crossed_below = line.last ? line.last->size : 0.0;
+    if (!touched && crossed_below == 0.0 && snap(line.solid) == 0.0) {
+      line = {line.solid, 0.0, &kNothing};
+      return;  // nothing here, and nothing below
+    }
+    const int at = cell[axis_], end = g_.size(axis_);
+    const double above = line.solid - (touched ? touched->area[axis_] : 0.0);
+    if (axis_ == 0 && touched) touched->volume = 0.5 * (line.solid + above) + touched->moment_x;
+    const double volume = touched ? touched->volume : line.solid;
+    if (axis_ == 0 && at >= 0 && at < end)
+      fractions_.cell(cell[0], cell[1], cell[2]) += snap(volume);
+    const double lower = lower_half(snap(line.solid), snap(above), volume);
+    const CellMoments& here = touched ? *touched : kNothing;
+    if (at > 0 && at < end && line.last && crossed_below + here.size > kTouched)
+      faces.push_back(
+          dual_face(axis_, cell, *line.last, here, snap(line.solid), line.half_below + lower));
+    if (at + 1 >= 0 && at < end) {
+      const Vec3i f = cell + Vec3i::Unit(axis_);
+      fractions_.face[axis_](f[0], f[1], f[2]) += snap(above);
+    }
+    line = {above, std::clamp(volume, 0.0, 1.0) - lower, &here};
+  }
+
+ private:
+  static constexpr double kSnap = 1e-12;     // round-off of the sums; below 1e-13 on 24k triangles
+  static constexpr double kTouched = 1e-12;  // surface in a dual cell, cells^2
+  static const CellMoments kNothing;
+
+  static double snap(double s) { return s < kSnap ? 0.0 : s > 1.0 - kSnap ? 1.0 : s; }
+
+  const Grid& g_;
+  const int axis_;
+  SurfaceCells& surface_;
+  SolidFractions& fractions_;
+};
+const CellMoments LineSweep::kNothing;
+
+}  // namespace
+
+std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
+                                    SolidFractions& fractions) {
   constexpr std::size_t kWorthThreads = 16 * 16 * 16;  // smaller boxes do not pay for threads
-  const auto snap = [](double s) { return s < kSnap ? 0.0 : s > 1.0 - kSnap ? 1.0 : s; };
+  const CellBox& box = surface.box();
+  const Vec3i low = box.low.cwiseMax(0),
+              end = (box.low + box.size).cwiseMin(Vec3i(g.nx, g.ny, g.nz));
   std::vector<DualFace> faces;
   for (int axis = 0; axis < 3; ++axis) {
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    std::vector<std::vector<DualFace>> found(box.size[c]);  // in this order for any threads
+    // Slices that hold the axis and x. Rows along x are next to each other in memory: lines along y
+    // and z go on side by side.
+    const int across = axis == 2 ? 1 : 2, count = std::max(end[across] - low[across], 0);
+    LineSweep sweep(g, axis, surface, fractions);
+    std::vector<std::vector<DualFace>> found(count);  // in this order for any threads
 #pragma omp parallel for schedule(dynamic) if (box.count() > kWorthThreads)
-    for (int n = 0; n < box.size[c]; ++n)
-      for (int m = 0; m < box.size[b]; ++m) {
-        Vec3i cell = box.low;
-        cell[b] += m, cell[c] += n;
-        if (cell[b] < 0 || cell[b] >= g.size(b) || cell[c] < 0 || cell[c] >= g.size(c)) continue;
-        const CellMoments* last = nullptr;
-        double solid = 0.0, half_below = 0.0;  // fraction of the face below `cell`, half under it
-        for (int l = 0; l < box.size[axis]; ++l, ++cell[axis]) {
-          CellMoments& here = moments[box.index(cell)];
-          const double above = solid - here.area[axis];
-          const int face = cell[axis];
-          if (axis == 0) {
-            here.volume = 0.5 * (solid + above) + here.moment_x;
-            if (face >= 0 && face < g.nx)
-              fractions.cell(face, cell[1], cell[2]) += snap(here.volume);
-          }
-          const double lower = lower_half(snap(solid), snap(above), here.volume);
-          if (face > 0 && face < g.size(axis) && last && last->size + here.size > kTouched)
-            found[n].push_back(dual_face(axis, cell, *last, here, snap(solid), half_below + lower));
-          if (face + 1 >= 0 && face < g.size(axis)) {
-            Vec3i f = cell;
-            f[axis] = face + 1;
-            fractions.face[axis](f[0], f[1], f[2]) += snap(above);
-          }
-          half_below = std::clamp(here.volume, 0.0, 1.0) - lower;
-          solid = above;
-          last = &here;
+    for (int n = 0; n < count; ++n) {
+      Vec3i cell = box.low;
+      cell[across] = low[across] + n;
+      const int other = 3 - across;  // of y and z
+      if (axis == 0) {
+        for (cell[other] = low[other]; cell[other] < end[other]; ++cell[other]) {
+          LineSweep::Line line;
+          cell[0] = box.low[0];
+          for (int l = 0; l < box.size[0]; ++l, ++cell[0]) sweep.step(cell, line, found[n]);
         }
+        continue;
       }
+      std::vector<LineSweep::Line> lines(std::max(end[0] - low[0], 0));
+      for (int l = 0; l < box.size[other]; ++l, ++cell[other]) {
+        cell[0] = low[0];
+        for (LineSweep::Line& line : lines) sweep.step(cell, line, found[n]), ++cell[0];
+      }
+    }
     for (const auto& part : found) faces.insert(faces.end(), part.begin(), part.end());
   }
   return faces;

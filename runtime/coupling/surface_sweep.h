@@ -19,11 +19,34 @@ struct CellMoments {
   void add(const Vec3& a, double x, double kappa);
 };
 
-/// What a surface leaves in each cell of its box; `curvature`: of its vertices, 1/m.
-std::vector<CellMoments> cell_moments(const Grid& g, const CellBox& box,
-                                      const std::vector<Vec3>& points,
-                                      const std::vector<Vec3i>& triangles,
-                                      const std::vector<double>& curvature);
+/// What a surface leaves in the cells of its box that it touches.
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(const CellBox& box) : slots_(box) {}
+  const CellBox& box() const { return slots_.box(); }
+  CellMoments& at(const Vec3i& cell) {
+    const auto slot = static_cast<std::size_t>(slots_.slot(cell));
+    if (slot == moments_.size()) moments_.emplace_back();
+    return moments_[slot];
+  }
+  /// Null where the surface does not come.
+  CellMoments* find(const Vec3i& cell) {
+    const int slot = slots_.find(cell);
+    return slot < 0 ? nullptr : &moments_[slot];
+  }
+  const std::vector<Vec3i>& cells() const { return slots_.cells(); }
+  /// Of each of the cells.
+  const std::vector<CellMoments>& moments() const { return moments_; }
+
+ private:
+  CellSlots slots_;
+  std::vector<CellMoments> moments_;
+};
+
+/// What a surface leaves in the cells; `curvature`: of its vertices, 1/m.
+SurfaceCells cell_moments(const Grid& g, const std::vector<Vec3>& points,
+                          const std::vector<Vec3i>& triangles,
+                          const std::vector<double>& curvature);
 
 /// Mean curvature at the vertices of a closed outward surface, positive where it is convex, 1/m:
 /// grad (area) / 2 along the normal, per area of the vertex.
@@ -33,7 +56,7 @@ std::vector<double> mean_curvature(const std::vector<Vec3>& points,
 /// Solid fractions by the divergence theorem: along each axis the solid fraction of a face is that
 /// of the previous face minus the surface's projected area in the cell between them. Adds them to
 /// `fractions` and returns the faces in the grid whose dual cell the surface crosses, columns -1.
-std::vector<DualFace> sweep_surface(const Grid& g, const CellBox& box,
-                                    std::vector<CellMoments>& moments, SolidFractions& fractions);
+std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
+                                    SolidFractions& fractions);
 
 }  // namespace archetide

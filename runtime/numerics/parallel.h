@@ -24,6 +24,19 @@ void for_each_index(int n, bool parallel, F&& f) {
   for (int i = 0; i < n; ++i) f(i);
 }
 
+/// f(0) .. f(n - 1), each work for all threads: shared among them if there are as many, else one
+/// after another, so that the loops inside have all threads. (In a parallel region of one thread
+/// theirs would be made and ended for every loop.)
+template <class F>
+void for_each_large(std::size_t n, F&& f) {
+  if (n < static_cast<std::size_t>(omp_get_max_threads())) {
+    for (std::size_t i = 0; i < n; ++i) f(i);
+    return;
+  }
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < n; ++i) f(i);
+}
+
 /// Rows of a strip (even) so that the planes that a wavefront of `stages` works on stay in a cache
 /// of half a megabyte, at row_bytes a row of all arrays together.
 inline int strip_rows(int stages, std::size_t row_bytes) {
