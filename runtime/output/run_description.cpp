@@ -139,7 +139,7 @@ std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile
       duration_text(m.cpu_seconds) + " CPU), " + std::to_string(m.steps) + " steps, " +
       std::to_string(m.frames) + " frames, peak memory " + bytes_text(m.peak_bytes)};
   for (const std::string& phase : profile.phases())
-    lines.push_back(phase_line(phase, profile.seconds(phase), m.wall_seconds));
+    lines.push_back(phase_line(phase, m.phase_seconds.at(phase), m.wall_seconds));
   lines.push_back("worst volume drift " + scientific(m.worst_volume_drift) + ", step halvings " +
                   std::to_string(m.halvings) + ", worst iteration count " +
                   std::to_string(m.worst_iterations));

@@ -81,6 +81,8 @@ struct RunWriter::Impl {
   StepReport last;
   double first_volume = std::nan("");             // m^3
   double seconds_before = 0.0, cpu_before = 0.0;  // s, before it was resumed
+  double peak_before = 0.0;                       // bytes
+  std::map<std::string, double> phases_before;    // s
   std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
   double last_incompatible = -INFINITY;           // s, when closed water could not take a flow
 
@@ -123,6 +125,7 @@ struct RunWriter::Impl {
     const Manifest before = read_manifest(folder + "manifest.json");
     manifest.started = before.started;
     seconds_before = before.wall_seconds, cpu_before = before.cpu_seconds;
+    peak_before = before.peak_bytes, phases_before = before.phase_seconds;
   }
 
   // A line when a body's modes are stopped, none while it stays or comes back within a frame.
@@ -253,9 +256,10 @@ struct RunWriter::Impl {
     manifest.finished = utc_now();
     manifest.wall_seconds = seconds_before + seconds_since(run_start);
     manifest.cpu_seconds = cpu_before + process_cpu_seconds();
-    manifest.peak_bytes = process_peak_bytes();
+    manifest.peak_bytes = std::max(peak_before, process_peak_bytes());
+    manifest.phase_seconds = phases_before;
     for (const std::string& phase : simulation.profile().phases())
-      manifest.phase_seconds[phase] = simulation.profile().seconds(phase);
+      manifest.phase_seconds[phase] += simulation.profile().seconds(phase);
   }
 
   void show_summary(const Profile& profile) {

@@ -15,6 +15,7 @@
 #include "common/byte_stream.h"
 #include "common/sha256.h"
 #include "runtime/output/csv.h"
+#include "runtime/output/manifest.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
@@ -163,7 +164,12 @@ TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
   // between two frames, then from there
   ASSERT_EQ(run(out("until") + " --until 0.21"), 75) << err();
   EXPECT_FALSE(fs::exists(folder_ + "until/done.stamp"));
+  const Manifest stopped = read_manifest(folder_ + "until/manifest.json");
   ASSERT_EQ(run(out("until")), 0) << err();
+  const Manifest resumed = read_manifest(folder_ + "until/manifest.json");
+  EXPECT_GT(resumed.wall_seconds, stopped.wall_seconds);
+  for (const auto& [phase, seconds] : stopped.phase_seconds)
+    EXPECT_GE(resumed.phase_seconds.at(phase), seconds) << phase;
   expect_same_runs("straight", "until");
 
   // by a signal, at whatever step it comes
