@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "runtime/fluid/advection.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
@@ -142,32 +143,54 @@ int run_length(const Array3<double>& phi, const std::vector<int>& cells, int t, 
   return count;
 }
 
-}  // namespace
-
-namespace {
-
-// Cells of the band and those at most `farther` cells away from it, ascending.
-std::vector<int> cells_to_move(const Array3<double>& phi, double band, int farther) {
+// Cells of the band, and those beyond it where the way is long (advect_level_set), ascending.
+std::vector<int> cells_to_move(const Grid& g, const MacField& u, double dt,
+                               const Array3<double>& phi, double band, double still) {
   std::vector<int> cells =
       collect_cells(phi, [&](int, int, int, int n) { return std::abs(phi[n]) < band; });
-  if (farther <= 0) return cells;
-  Array3<unsigned char> mark(phi.nx(), phi.ny(), phi.nz(), 0);
-  for (const int n : cells) mark[n] = 1;
+  const double per_cell = dt / g.dx;
+  if (!(cfl_speed(u) * per_cell > still)) return cells;
+  // From the band into such a cell, in steps to neighbours: along a diagonal a way is up to sqrt 3
+  // of them.
+  const auto layers = [&](int n) {
+    const Ijk c = unravel(phi, n);
+    double fastest = 0.0;
+    for (int a = 0; a < 3; ++a)
+      for (int side = 0; side < 2; ++side)
+        fastest = std::max(fastest, std::abs(u[a](c.i + (a == 0) * side, c.j + (a == 1) * side,
+                                                  c.k + (a == 2) * side)));
+    return 2.0 * std::ceil(fastest * per_cell - still);
+  };
+  constexpr unsigned char kInside = 1, kEdge = 2;
   constexpr int kMost = 250;  // layers that a mark can tell apart; no step is as long
-  // of neighbours: along a diagonal a way is up to sqrt 3 of them
-  const int layers = std::min(2 * farther, kMost);
-  for (int layer = 1; layer <= layers && !cells.empty(); ++layer) {
-    cells = next_front(mark, cells, static_cast<unsigned char>(layer));
-    for (const int n : cells) mark[n] = static_cast<unsigned char>(layer + 1);
+  const double edge = band - 1.5 * g.dx;
+  Array3<unsigned char> mark(phi.nx(), phi.ny(), phi.nz(), 0);
+#pragma omp parallel for
+  for (std::size_t t = 0; t < cells.size(); ++t)
+    mark[cells[t]] = std::abs(phi[cells[t]]) < edge ? kInside : kEdge;
+  std::vector<int> beyond, front = collect_from(cells, [&](int n, std::vector<int>&out) {
+                             if (mark[n] == kEdge) out.push_back(n);
+                           });
+  for (int layer = 1; layer <= kMost && !front.empty(); ++layer) {
+    const auto last = static_cast<unsigned char>(kEdge + layer - 1);
+    front = collect_from(next_front(mark, front, last), [&](int n, std::vector<int>& out) {
+      if (layers(n) >= layer) out.push_back(n);
+    });
+    for (const int n : front) mark[n] = last + 1;
+    beyond.insert(beyond.end(), front.begin(), front.end());
   }
-  return collect_cells(mark, [&](int, int, int, int n) { return mark[n] != 0; });
+  std::sort(beyond.begin(), beyond.end());
+  const auto count = static_cast<std::ptrdiff_t>(cells.size());
+  cells.insert(cells.end(), beyond.begin(), beyond.end());
+  std::inplace_merge(cells.begin(), cells.begin() + count, cells.end());
+  return cells;
 }
 
 }  // namespace
 
 void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
-                      const Sides& open_side, int farther) {
-  const std::vector<int> cells = cells_to_move(phi, band, farther);
+                      const Sides& open_side, double still) {
+  const std::vector<int> cells = cells_to_move(g, u, dt, phi, band, still);
   const BackTrace trace{g, u, phi, open_side, -dt / g.dx, MacSampler(g, u)};
   constexpr int kChunk = 1024;
   const int count = static_cast<int>(cells.size());

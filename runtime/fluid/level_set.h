@@ -1,18 +1,19 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "runtime/grid/grid.h"
 
 namespace archetide {
 
 /// Moves the zero level of phi (negative in water) over dt: semi-Lagrangian, midpoint back-traces,
-/// tricubic interpolation. Only cells with |phi| < band (m) change, and those at most `farther`
-/// cells away from them: beyond the band, where phi need not be a distance, the surface may come to
-/// lie as well. Outside an open side of the tank is air: water standing there does not flow in for
-/// ever.
+/// tricubic interpolation. Only cells with |phi| < band (m) change; and where the velocity crosses
+/// more than `still` cells in dt, as many cells beyond as it crosses more, where phi need not be a
+/// distance: the surface may come to lie there as well. Outside an open side of the tank is air:
+/// water standing there does not flow in for ever.
 void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
-                      const Sides& open_side = {}, int farther = 0);
+                      const Sides& open_side = {}, double still = INFINITY);
 
 /// Volume of phi < 0, m^3: per cell that of the half space phi + grad phi . (x - centre) < 0, exact
 /// for planes, times what the solids leave of the cell when their fractions are given. phi must be

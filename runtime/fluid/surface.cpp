@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/level_set.h"
 #include "runtime/fluid/particle_level_set.h"
@@ -39,9 +38,8 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
                      const Array3<unsigned char>& solid_cells, long step, double shift) {
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
-  const int crossed = static_cast<int>(std::ceil(cfl_speed(state.u) * dt / g.dx));
-  const int farther = crossed + kMargin - options.band_cells;
-  advect_level_set(g, state.u, dt, state.phi, band, options.open_side, farther);
+  advect_level_set(g, state.u, dt, state.phi, band, options.open_side,
+                   options.band_cells - kMargin);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   measure(g, state.phi, band, solid_cells);
