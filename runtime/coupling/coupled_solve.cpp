@@ -196,7 +196,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
   const double rho = s.hydrostatics.density;
   operator_.setup(g, s, rho, bodies, rows);
   multigrid_.setup(operator_.water(), &operator_.closed());
-  deflation_.setup(operator_, multigrid_, options.deflation, options.tolerance);
+  deflation_.setup(operator_, multigrid_, options.deflation, options.tolerance, options.warm_start);
 
   std::vector<VecX> gained(bodies.size());
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated

@@ -13,6 +13,7 @@ struct CoupledSolveOptions {
   double tolerance = 1e-8;  // relative, of the residual and of the velocities (energy norm)
   int max_iterations = 200;
   DeflationChoice deflation = DeflationChoice::kAuto;
+  bool warm_start = false;  // the first guess is the pressure of a step before
 };
 
 /// Solves for the pressure that makes water and bodies agree, and applies it to both.

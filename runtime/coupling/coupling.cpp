@@ -24,6 +24,7 @@ Coupling::Coupling(const CouplingOptions& options, const std::vector<TriMesh>& o
       joints_(std::move(joints)),
       skins_(std::move(skins)) {
   ARCHETIDE_CHECK(skins_.empty() || options_.geometry == Geometry::kCutCell);
+  options_.solve.warm_start = true;
   const Grid& g = options_.grid;
   valid_.resize(Grid{g.nx, g.ny, 0, g.dx, g.origin}, 0);
   for (auto& p : pressure_) p.resize(g.nx, g.ny, 0, 0.0);

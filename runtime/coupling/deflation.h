@@ -24,9 +24,9 @@ enum class DeflationChoice { kAuto, kNever, kAlways };
 class Deflation {
  public:
   /// Builds Y and E, or nothing where that would cost more than the iterations to `tolerance` that
-  /// it saves. `water`: of the operator's water.
+  /// it saves: fewer where the first guess is good (warm_start). `water`: of the operator's water.
   void setup(const CoupledOperator& op, const Multigrid& water, DeflationChoice choice,
-             double tolerance);
+             double tolerance, bool warm_start);
 
   bool empty() const { return columns_ == 0; }
   int columns() const { return columns_; }
