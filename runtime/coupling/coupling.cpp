@@ -40,8 +40,7 @@ void Coupling::set_tank(const Grid& g, const Sides& open_side) {
   obstacles_.cell.resize(g.nx, g.ny, g.nz, 0.0);
   for (const TriMesh& m : obstacle_surfaces_) {
     if (options_.geometry == Geometry::kCutCell) {
-      const DualFaces faces = add_solid_fractions(g, m.vertices, m.triangles, obstacles_);
-      obstacle_faces_.insert(obstacle_faces_.end(), faces.begin(), faces.end());
+      obstacle_faces_.push_back(add_solid_fractions(g, m.vertices, m.triangles, obstacles_));
     } else
       add_voxel_fractions(cells_inside(g, m.vertices, m.triangles), obstacles_);
   }
@@ -297,7 +296,7 @@ void Coupling::assemble(const FreeSurface& surface) {
   const Grid& g = options_.grid;
   std::vector<DualFaces*> solids;
   if (options_.geometry == Geometry::kCutCell) {
-    solids.push_back(&obstacle_faces_);
+    for (DualFaces& faces : obstacle_faces_) solids.push_back(&faces);
     for (DualFaces& faces : faces_) solids.push_back(&faces);
   }
   assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,

@@ -130,12 +130,12 @@ class Coupling {
   std::vector<BodySurface> surfaces_;
   // Points of each surface and skin where the water met them in the last position stage, m.
   std::vector<std::vector<Vec3>> half_way_, skins_half_way_;
-  std::vector<BodyFlux> fluxes_;   // cut cells
-  DualFaces obstacle_faces_;       // cut cells
-  std::vector<DualFaces> faces_;   // cut cells, of each body
-  std::vector<char> skinned_;      // of each body: the water sees a skin in its place
-  std::vector<MatX> carried_;      // cut cells: water that moves with each body, kg
-  std::vector<VoxelBody> voxels_;  // voxel
+  std::vector<BodyFlux> fluxes_;           // cut cells
+  std::vector<DualFaces> obstacle_faces_;  // cut cells, of every obstacle
+  std::vector<DualFaces> faces_;           // cut cells, of each body
+  std::vector<char> skinned_;              // of each body: the water sees a skin in its place
+  std::vector<MatX> carried_;              // cut cells: water that moves with each body, kg
+  std::vector<VoxelBody> voxels_;          // voxel
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage

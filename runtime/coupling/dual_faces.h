@@ -38,7 +38,8 @@ struct DualFace {
 /// and larger ones keep all of it.
 void bound_slip(double volume, std::vector<DualFace>& faces);
 
-/// Takes w in `weight` to e on faces between cells with an unknown; s is at most w / 4.
+/// Takes w in `weight` to e on faces between cells with an unknown; s is at most w / 4. The faces
+/// are those of one surface, each once.
 void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& open,
                       std::vector<DualFace>& faces, FaceField<double>& weight);
 

@@ -168,9 +168,10 @@ std::vector<int> cells_to_move(const Grid& g, const MacField& u, double dt,
 #pragma omp parallel for
   for (std::size_t t = 0; t < cells.size(); ++t)
     mark[cells[t]] = std::abs(phi[cells[t]]) < edge ? kInside : kEdge;
-  std::vector<int> beyond, front = collect_from(cells, [&](int n, std::vector<int>&out) {
-                             if (mark[n] == kEdge) out.push_back(n);
-                           });
+  std::vector<int> front = collect_from(cells, [&](int n, std::vector<int>& out) {
+    if (mark[n] == kEdge) out.push_back(n);
+  });
+  std::vector<int> beyond;
   for (int layer = 1; layer <= kMost && !front.empty(); ++layer) {
     const auto last = static_cast<unsigned char>(kEdge + layer - 1);
     front = collect_from(next_front(mark, front, last), [&](int n, std::vector<int>& out) {
