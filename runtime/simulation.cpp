@@ -296,8 +296,9 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   }
   std::vector<StageResult> results;
   const auto couple = [&] {
-    report.position = coupling.couple(Stage::kPositionHalf, dt, {&water.fluid.phi}, stage,
-                                      water.u_half, results, between ? &ahead : nullptr);
+    report.position =
+        coupling.couple(Stage::kPositionHalf, dt, {&water.fluid.phi}, stage, water.u_half, results,
+                        between ? &ahead : nullptr, water.narrow_flow());
     return report.position.converged;
   };
   if (!couple()) return false;
@@ -560,8 +561,9 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   for (std::size_t b = 0; b < bodies.size(); ++b)
     stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], drive[b]});
   std::vector<StageResult> results;
-  report.velocity = coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage,
-                                    water.u_star, results, between ? &touching : nullptr);
+  report.velocity =
+      coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage, water.u_star, results,
+                      between ? &touching : nullptr, water.narrow_flow());
   if (!report.velocity.converged) return false;
   if (between) {
     profile.add("velocities", -coupling.contact_seconds());

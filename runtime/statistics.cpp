@@ -95,6 +95,10 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
       r.max_speed = std::max(r.max_speed, fastest[k]);
     }
   }
+  for (const NarrowFace& f : coupling.narrow_faces()) {
+    const double flux = mass * coupling.system().matrix.w[f.axis][f.face] * f.after;
+    r.water_momentum[f.axis] += flux, r.water_kinetic += 0.5 * flux * f.after;
+  }
   r.water_momentum += coupling.carried_momentum();
   r.water_kinetic += coupling.carried_energy();
   const Array3<double>& solids = coupling.solids().cell;

@@ -224,8 +224,10 @@ void WaterStep::advect_to_end(double dt) {
 void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   copy_values(coupling.valid(), valid_);
   slow_down(dt, u_half);
+  add_narrow_flow(narrow_, coupling.open(), push_);
   subtract_solved(u_half, valid_, push_);
   extrapolate({&push_, &u_half});
+  narrow_ = settle_before(coupling.narrow_faces(), u_half, push_);
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
@@ -264,11 +266,13 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   slow_down(dt, fluid.u);
   copy_values(coupling.valid(), valid_);
   if (single()) {
+    add_narrow_flow(narrow_, coupling.open(), push_);
     subtract_solved(fluid.u, valid_, push_);
     extrapolate({&push_, &fluid.u});
-    return;
+  } else {
+    extrapolate({&fluid.u});
   }
-  extrapolate({&fluid.u});
+  narrow_ = settle_after(coupling.narrow_faces(), fluid.u);
 }
 
 // How far the free surface as a whole is to move outward, m: by the volume that it has lost, or
@@ -320,6 +324,10 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("particles/position", fluid.particles.position);
   a.field("particles/radius", fluid.particles.radius);
   a.field("particles/sign", fluid.particles.sign);
+  a.field("water/narrow_axis", narrow_.axis);
+  a.field("water/narrow_face", narrow_.face);
+  a.field("water/narrow_open", narrow_.open);
+  a.field("water/narrow_excess", narrow_.excess);
   grid_field(a, "water/phi", fluid.phi);
   grid_field(a, "water/valid", valid_);
   grid_field(a, "water/u", fluid.u);
@@ -339,12 +347,14 @@ void WaterStep::remember(Memory& now) const {
   now.volume_wanted = volume_wanted;
   now.outflow = outflow;
   now.spray = fluid.spray;
+  now.narrow = narrow_;
 }
 
 void WaterStep::restore(const Memory& before) {
   fluid.phi = before.phi;
   fluid.particles = before.particles;
   fluid.spray = before.spray;
+  narrow_ = before.narrow;
   volume_wanted = before.volume_wanted;
   outflow = before.outflow;
   valid_ = before.valid;

@@ -59,6 +59,8 @@ class WaterStep {
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
   void after_velocity_solve(double dt, const Coupling& coupling);
+  /// What narrow faces carry into the next solve beside u_half or u_star.
+  const NarrowFlow& narrow_flow() const { return narrow_; }
 
   /// Markers follow the velocity that carries the surface.
   void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
@@ -73,6 +75,7 @@ class WaterStep {
     FaceField<unsigned char> valid;
     double volume_given_back = 0.0, volume_wanted = 0.0, outflow = 0.0;
     Spray spray;
+    NarrowFlow narrow;
   };
   void remember(Memory& now) const;
   void restore(const Memory& before);
@@ -98,6 +101,7 @@ class WaterStep {
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity
+  NarrowFlow narrow_;                  // of the last solve
   MacField carrier_;                   // transporting velocity, m/s
   MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
   std::unique_ptr<KeepOut> keep_out_;  // null: no markers

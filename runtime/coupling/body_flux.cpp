@@ -239,6 +239,17 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   return swept;
 }
 
+// Takes the net flux from motions that have next to none: what the mesh leaves of modes that keep
+// the volume. A closed tank would hold them to it: an elastic sphere of 16k tets, 1e-5 of whose
+// gross flux was left, rang 20 % too fast in one.
+void balance_flux(MatX& flux) {
+  constexpr double kNothing = 1e-3;  // net flux that is the mesh's, of the gross flux
+  for (Eigen::Index d = 0; d < flux.rows(); ++d) {
+    const double net = flux.row(d).sum(), gross = flux.row(d).cwiseAbs().sum();
+    if (std::abs(net) < kNothing * gross) flux.row(d) -= net / gross * flux.row(d).cwiseAbs();
+  }
+}
+
 }  // namespace
 
 std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurface*>& surfaces,
@@ -258,6 +269,7 @@ std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurf
       face.high = columns.slot(face.face);
     }
     fluxes[b] = columns.finish(g, s.terms);
+    balance_flux(fluxes[b].flux);
   });
   return fluxes;
 }

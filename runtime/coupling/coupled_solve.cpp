@@ -37,11 +37,6 @@ void inflow_segment(const FaceField<double>& w, const MacField& u, const Segment
   inflow_row(w, u, s.j, k, end, s.end, out);
 }
 
-// Through a smaller opening the flux is right but the velocity is not (measured beside a falling
-// torus: up to 400 m/s through 1e-5 of a face, where water and body moved at 2 m/s); it is taken
-// from the faces around instead.
-constexpr double kTrustedOpening = 0.5;
-
 // One row of faces of an axis: the cells on its low and high side (null: beyond the grid).
 struct FaceRow {
   const double* w;
@@ -92,6 +87,15 @@ class PressureGradient {
       }
   }
 
+  // The narrow faces that were solved for.
+  std::vector<NarrowFace> narrow_faces() const {
+    std::vector<NarrowFace> all;
+    for (const std::vector<NarrowFace>& plane : narrow)
+      all.insert(all.end(), plane.begin(), plane.end());
+    for (NarrowFace& f : all) f.after = u[f.axis][f.face];
+    return all;
+  }
+
  private:
   bool unknown(const Vec3i& c) const {
     return kind.contains(c[0], c[1], c[2]) && kind(c[0], c[1], c[2]) == CellKind::kUnknown;
@@ -110,6 +114,22 @@ class PressureGradient {
         surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_water ? 1 : -1);
     const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
     v[f] -= (low_water ? there - here : here - there) / face.theta;
+  }
+
+  // Narrow faces of row (j, k) beside unknowns, as they are before the solve.
+  void remember_narrow(int axis, int j, int k, const double* w) {
+    const int count = u[axis].nx();
+    int any = 0;
+#pragma omp simd reduction(| : any)
+    for (int i = 0; i < count; ++i) any |= (w[i] > 0.0) & (w[i] < kTrustedOpening);
+    if (!any) return;
+    const std::size_t row = u[axis].index(0, j, k);
+    for (int i = 0; i < count; ++i) {
+      const Vec3i high(i, j, k);
+      if (w[i] > 0.0 && w[i] < kTrustedOpening &&
+          (unknown(high) || unknown(high - Vec3i::Unit(axis))))
+        narrow[k].push_back({axis, row + i, w[i], u[axis][row + i], NAN});
+    }
   }
 
   // The faces of component `axis` on the low sides of the cells of row (j, k).
@@ -137,6 +157,7 @@ class PressureGradient {
     const int begin = axis == 0 ? 1 : 0;  // the ends of an x row have one cell only
     const double* w = &(*s.open)[axis](0, j, k);
     bool left = false;
+    if (low < RowKind::kWater || high < RowKind::kWater) remember_narrow(axis, j, k, w);
     if (low >= RowKind::kWater && high >= RowKind::kWater)
       apply_in_water(x.data() + to_low, x.data() + at, begin, g.nx, v, flags);
     else
@@ -163,6 +184,8 @@ class PressureGradient {
   const Array3<CellKind>& kind = s.matrix.kind;
   const std::vector<CellKind> nothing = std::vector<CellKind>(g.nx, CellKind::kOutside);
   const std::vector<double> zero = std::vector<double>(g.nx, 0.0);
+  std::vector<std::vector<NarrowFace>> narrow =
+      std::vector<std::vector<NarrowFace>>(g.nz + 1);  // of each plane
 };
 
 // y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
@@ -191,6 +214,7 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
                                  const CoupledSolveOptions& options, MacField& u,
                                  FaceField<unsigned char>& valid, Array3<double>& pressure,
                                  const ConstrainedInverse* rows) {
+  narrow_.clear();
   if (s.unknowns == 0) return without_water(bodies, valid);
   const Stopwatch watch;
   const double rho = s.hydrostatics.density;
@@ -257,7 +281,9 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     gained[b] = body.inverse_mass * f;
   }
   add_motion(operator_.rows(), gained, bodies);
-  PressureGradient(g, s, to_phi, pressure, u, valid).apply();
+  PressureGradient gradient(g, s, to_phi, pressure, u, valid);
+  gradient.apply();
+  narrow_ = gradient.narrow_faces();
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include "runtime/coupling/coupled_operator.h"
 #include "runtime/coupling/coupled_pcg.h"
 #include "runtime/coupling/deflation.h"
+#include "runtime/coupling/narrow_faces.h"
 #include "runtime/numerics/multigrid.h"
 
 namespace archetide {
@@ -20,7 +21,7 @@ struct CoupledSolveOptions {
 class CoupledSolver {
  public:
   /// `u` holds u* and receives u on the faces of unknown cells with an opening. valid = 1 on those
-  /// of them whose opening is large enough for the velocity to mean something, 0 elsewhere.
+  /// of them that are not narrow, 0 elsewhere.
   /// `rows` tie bodies together (their y* keeps them already). `pressure` (phi = dt p'/(rho dx)
   /// minus its surface mean) is the first guess and the result.
   SolveReport solve(const Grid& g, const PressureSystem& system, double dt,
@@ -30,6 +31,8 @@ class CoupledSolver {
 
   std::size_t bytes() const;
 
+  /// Of the last solve: the narrow faces that it solved for, in the order of planes.
+  const std::vector<NarrowFace>& narrow_faces() const { return narrow_; }
   /// Of the last solve that had water.
   const CoupledOperator& last_operator() const { return operator_; }
   int deflated_columns() const { return deflation_.columns(); }
@@ -41,6 +44,7 @@ class CoupledSolver {
   Deflation deflation_;
   CoupledPcg pcg_;
   std::vector<double> rhs_;
+  std::vector<NarrowFace> narrow_;
 };
 
 /// Largest |sum sign w u - Fhat y| / dx over unknown cells, 1/s; `where`: its cell.

@@ -54,7 +54,6 @@ void Coupling::set_tank(const Grid& g, const Sides& open_side) {
 
 // What solids leave open of the faces in a box.
 void Coupling::open_box(const CellBox& box) {
-  constexpr double kSliver = 1e-9;  // an opening below this is round-off of overlapping fractions
   for (int a = 0; a < 3; ++a) {
     const double* solid = solids_.face[a].data();
     double* open = open_[a].data();
@@ -167,6 +166,13 @@ std::vector<VecX> Coupling::displaced_pushes(const FreeSurface& surface, double 
   return impulses;
 }
 
+// Made once for each archetype.
+const InnerFlow& Coupling::inner_flow_of(const Archetype& archetype) {
+  const auto [at, fresh] = inner_flows_.try_emplace(&archetype);
+  if (fresh) at->second = inner_flow(archetype);
+  return at->second;
+}
+
 // Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
 // pressure, its F and H^-1.
 void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
@@ -203,7 +209,8 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   VecX momentum;
   if (options_.geometry == Geometry::kCutCell) {
     c.flux = std::move(fluxes_[b]);
-    carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density, c.flux);
+    carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density,
+                            PlacedInnerFlow(inner_flow_of(*body.archetype), surfaces_[b]), c.flux);
     bound_carried_water(H, carried);
     momentum = carried * carried_velocity_[b];
   } else {
@@ -306,11 +313,13 @@ void Coupling::assemble(const FreeSurface& surface) {
 
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
-                             std::vector<StageResult>& results, GroupContacts* together) {
+                             std::vector<StageResult>& results, GroupContacts* together,
+                             const NarrowFlow& narrow) {
   const Grid& g = options_.grid;
   if (wet()) {
     update_geometry(bodies);
     assemble(surface);
+    add_narrow_flow(narrow, open_, u);
   }
   results.assign(bodies.size(), {});
   carried_.assign(bodies.size(), {});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -68,10 +69,11 @@ class Coupling {
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
-  /// walls. Joints hold in every stage.
+  /// walls. `narrow`: what narrow faces carry beside u. Joints hold in every stage.
   SolveReport couple(Stage stage, double dt, const FreeSurface& surface,
                      const std::vector<StageBody>& bodies, MacField& u,
-                     std::vector<StageResult>& results, GroupContacts* together = nullptr);
+                     std::vector<StageResult>& results, GroupContacts* together = nullptr,
+                     const NarrowFlow& narrow = {});
 
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
@@ -83,6 +85,7 @@ class Coupling {
   const FaceField<double>& open() const { return open_; }
   const SolidFractions& solids() const { return solids_; }
   const PressureSystem& system() const { return system_; }
+  const std::vector<NarrowFace>& narrow_faces() const { return solver_.narrow_faces(); }
   /// phi = dt p' / (rho dx) less its surface mean, of the last solve of a stage, m/s.
   const Array3<double>& last_pressure(Stage stage) const {
     return pressure_[stage == Stage::kVelocityFull];
@@ -108,6 +111,7 @@ class Coupling {
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
+  const InnerFlow& inner_flow_of(const Archetype& archetype);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
@@ -134,8 +138,9 @@ class Coupling {
   std::vector<DualFaces> obstacle_faces_;  // cut cells, of every obstacle
   std::vector<DualFaces> faces_;           // cut cells, of each body
   std::vector<char> skinned_;              // of each body: the water sees a skin in its place
-  std::vector<MatX> carried_;              // cut cells: water that moves with each body, kg
-  std::vector<VoxelBody> voxels_;          // voxel
+  std::map<const Archetype*, InnerFlow> inner_flows_;
+  std::vector<MatX> carried_;      // cut cells: water that moves with each body, kg
+  std::vector<VoxelBody> voxels_;  // voxel
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage

@@ -22,22 +22,23 @@ void face_velocity(const Grid& g, const DualFace& f, const MatX& flux, Column&& 
   Q.template head<3>() = Vec3::Unit(f.axis);
 }
 
-// Of some faces: sum of volume Q Q^T, and of slip where the body shifts along the axis.
-MatX carried_by_some(const Grid& g, std::span<const DualFace> faces, const MatX& flux) {
+// Of some faces: sum of volume Q Q^T and of what slips.
+MatX carried_by_some(const Grid& g, std::span<const DualFace> faces, const PlacedInnerFlow& inner,
+                     const MatX& flux) {
   const auto count = static_cast<Eigen::Index>(faces.size());
-  MatX Q = MatX::Zero(flux.rows(), count);
-  VecX volume = VecX::Zero(count);
-  Vec3 slip = Vec3::Zero();
+  MatX Q = MatX::Zero(flux.rows(), 3 * count);  // wall, inner flow, its strain
+  VecX volume = VecX::Zero(3 * count), whole, strain;
   for (Eigen::Index n = 0; n < count; ++n) {
     const DualFace& f = faces[n];
     if (!f.wet) continue;
-    face_velocity(g, f, flux, Q.col(n));
-    volume[n] = f.volume;
-    slip[f.axis] += f.slip;
+    face_velocity(g, f, flux, Q.col(3 * n));
+    volume[3 * n] = f.volume;
+    if (f.slip == 0.0) continue;
+    inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);
+    Q.col(3 * n + 1) = whole, Q.col(3 * n + 2) = strain;
+    volume[3 * n + 1] = volume[3 * n + 2] = f.slip;
   }
-  MatX mass = Q * volume.asDiagonal() * Q.transpose();
-  mass.diagonal().head<3>() += slip;
-  return mass;
+  return Q * volume.asDiagonal() * Q.transpose();
 }
 
 }  // namespace
@@ -65,16 +66,19 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
 }
 
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
-                   BodyFlux& flux) {
+                   const PlacedInnerFlow& inner, BodyFlux& flux) {
   MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());
   for (const MatX& part : parts_of(faces, [&](std::span<const DualFace> some) {
-         return carried_by_some(g, some, flux.flux);
+         return carried_by_some(g, some, inner, flux.flux);
        }))
     mass += part;
   const double area = g.dx * g.dx;
+  VecX whole, strain;
   for (const DualFace& f : faces) {
-    flux.flux(f.axis, f.low) -= area * f.slip;
-    flux.flux(f.axis, f.high) += area * f.slip;
+    if (f.slip == 0.0) continue;
+    inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);
+    flux.flux.col(f.low) -= area * f.slip * whole;
+    flux.flux.col(f.high) += area * f.slip * whole;
   }
   return density * g.dx * g.dx * g.dx * mass;
 }

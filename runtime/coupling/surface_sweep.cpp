@@ -21,7 +21,7 @@ DualFace dual_face(int axis, const Vec3i& face, const CellMoments& low, const Ce
   const double area = 0.5 * (low.size + high.size);
   const Vec3 n = 0.5 * (low.area + high.area);
   const double curvature = 0.5 * (low.curvature + high.curvature) / 20.0;
-  DualFace f{axis, face, -1, -1, solid == 1.0, solid - volume, curvature, 0.0};
+  DualFace f{axis, face, -1, -1, 1.0 - solid < kSliver, solid - volume, curvature, 0.0};
   // Two sides of a thin plate: no one normal velocity.
   if (n.norm() > 0.5 * area) f.n_over_A = n[axis] / n.squaredNorm();
   return f;

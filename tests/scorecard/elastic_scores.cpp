@@ -3,6 +3,7 @@
 #include "tests/scorecard/reference_data.h"
 #include "tests/scorecard/score.h"
 #include "tests/support/elastic/elastic_cases.h"
+#include "tests/support/elastic/ringing_sphere.h"
 #include "tests/unit/precompute/shapes.h"
 #include "tests/unit/precompute/wet_sphere.h"
 
@@ -91,6 +92,40 @@ std::vector<ScoreRow> spinning_rod() {
   return rows;
 }
 
+// Frequency and amplitude of a sphere that rings under water. Asked for: 1.5 % at 4 cells per
+// radius, 0.4 % at 8; 0.05 % of the amplitude in a period.
+std::vector<ScoreRow> ringing_rows(const std::vector<int>& tets,
+                                   const std::vector<RingingOptions>& options) {
+  std::vector<ScoreRow> rows;
+  for (const int count : tets) {
+    const auto sphere = soft_sphere(count);
+    for (const RingingOptions& o : options) {
+      const CpuClock clock;
+      const Ringing r = ring_in_water(sphere, o);
+      char resolution[128];
+      std::snprintf(resolution, sizeof resolution,
+                    "n = %d, %d cells per radius, omega dt = %g, %s, %zu tets", o.degree,
+                    o.cells_per_radius, o.step, o.open_top ? "open" : "closed",
+                    sphere->tets.tets.size());
+      rows.push_back(score("ringing sphere, frequency error", resolution, r.frequency, 0.0,
+                           o.cells_per_radius < 8 ? 0.015 : 0.004, r.iterations));
+      rows.back().cpu_seconds = clock.seconds();
+      rows.push_back(score("ringing sphere, amplitude change in a period", resolution, r.amplitude,
+                           0.0, 5e-4, r.iterations));
+    }
+  }
+  return rows;
+}
+
+std::vector<ScoreRow> ringing_all() {
+  std::vector<RingingOptions> all;
+  for (const int degree : {2, 3})
+    for (const bool open : {false, true})
+      for (const int cells : {4, 8}) all.push_back({degree, cells, 0.1, open, 2.0});
+  for (const double step : {0.02, 0.3}) all.push_back({2, 4, step, false, 2.0});
+  return ringing_rows({3'000, 16'000, 30'000}, all);
+}
+
 }  // namespace
 
 std::vector<ScoreCase> elastic_scores() {
@@ -99,6 +134,13 @@ std::vector<ScoreCase> elastic_scores() {
       {"bar", true, "free square bar, L / h = 20, Poisson 0.3; Timoshenko", bar},
       {"wet-sphere", true,
        "elastic sphere in a liquid of twice its density, 1300 tets; closed form", wet_sphere_rows},
+      {"ringing-sphere", true,
+       "elastic sphere that rings under water as it is stepped; closed form for unbounded water",
+       [] {
+         return ringing_rows({3'000}, {{2, 4, 0.1, false, 2.0}});
+       }},
+      {"ringing-sphere-all", false,
+       "the same of degree 2 and 3, open and closed tanks, several meshes and steps", ringing_all},
       {"spinning-rod", true,
        "free rod spun about its middle; closed form tan(kl) / kl - 1 (centrifugal force at the "
        "deformed place)",

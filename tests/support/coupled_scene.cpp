@@ -120,7 +120,8 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
     MatX carried;
     VecX momentum = VecX::Zero(reduced[b].dofs());
     if (o.geometry == Geometry::kCutCell) {
-      carried = carried_water(grid, faces[b], kWater, body.flux);
+      const PlacedInnerFlow inner(inner_flow(*reduced[b].archetype), surfaces[b]);
+      carried = carried_water(grid, faces[b], kWater, inner, body.flux);
       bound_carried_water(H, carried);
     } else {
       VoxelCoupling v =
