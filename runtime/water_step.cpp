@@ -98,6 +98,33 @@ int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid) {
   return std::min((layers + kEights - 1) / kEights * kEights, full);
 }
 
+// Root mean square of |v| over the faces with valid == 1, of the three components together, m/s;
+// plane by plane, so that threads do not change the sum.
+double mean_size(const MacField& v, const FaceField<unsigned char>& valid) {
+  double square = 0.0, count = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    const Array3<double>& field = v[a];
+    std::vector<double> squares(field.nz(), 0.0), counts(field.nz(), 0.0);
+#pragma omp parallel for schedule(static, 1)
+    for (int k = 0; k < field.nz(); ++k) {
+      const double* row = &field(0, 0, k);
+      const unsigned char* solved = &valid[a](0, 0, k);
+      const int size = field.nx() * field.ny();
+      double sum = 0.0;
+      int faces = 0;
+#pragma omp simd reduction(+ : sum, faces)
+      for (int n = 0; n < size; ++n) {
+        const double here = solved[n] == 1 ? row[n] : 0.0;
+        sum += here * here;
+        faces += solved[n] == 1;
+      }
+      squares[k] = sum, counts[k] = faces;
+    }
+    for (int k = 0; k < field.nz(); ++k) square += squares[k], count += counts[k];
+  }
+  return count > 0.0 ? std::sqrt(3.0 * square / count) : 0.0;
+}
+
 }  // namespace
 
 Grid field_grid(const SimulationOptions& options, const FluidState& initial) {
@@ -162,10 +189,13 @@ void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
 }
 
 // Continues a velocity, and the push of its solve, from the faces that were solved for.
-void WaterStep::extrapolate(const std::vector<MacField*>& fields) {
+void WaterStep::extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields) {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
   extrapolate_velocity(fields, valid_, layers);
-  for (MacField* u : fields) close_sides(grid_, open_side_, *u);
+  for (MacField* u : fields) {
+    keep_behind_walls(coupling.obstacle_walls(), *u);
+    close_sides(grid_, open_side_, *u);
+  }
 }
 
 // Beside the advection, on the same faces.
@@ -215,9 +245,11 @@ void WaterStep::advect_to_end(double dt) {
     copy_values(u_star, push_);
     return;
   }
-  start_reflection(fluid.u, 0.5, push_, valid_, u_half, carrier_);  // (dt/4) / (dt/2)
+  // Without gravity there is no measure for what an impact is beside a vortex in still water.
+  const double usual = options_.gravity.norm() > 0.0 ? usual_acceleration(dt) * 0.5 * dt : 0.0;
+  start_reflection(fluid.u, 0.5, push_, usual, valid_, u_half, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
-  end_reflection(push_, valid_, target_, u_half, u_star);
+  end_reflection(push_, usual, valid_, target_, u_half, u_star);
   damp_water(0.5 * dt, u_star);
 }
 
@@ -226,7 +258,8 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   slow_down(dt, u_half);
   add_narrow_flow(narrow_, coupling.open(), push_);
   subtract_solved(u_half, valid_, push_);
-  extrapolate({&push_, &u_half});
+  extrapolate(coupling, {&push_, &u_half});
+  mean_push_ = mean_size(push_, valid_);
   narrow_ = settle_before(coupling.narrow_faces(), u_half, push_);
 }
 
@@ -258,7 +291,13 @@ FreeSurface WaterStep::surface_now(double dt) const {
   if (!present() || single()) return {&fluid.phi};
   const double g = options_.gravity.norm();
   const double chop = g > 0.0 ? kChopDamping * std::sqrt(grid_.dx / g) : 0.0;
-  return {&fluid.phi, &u_half, kReadBack * dt, chop, &push_, 0.5 * dt};
+  return {&fluid.phi, &u_half, kReadBack * dt, chop, &push_, 0.5 * dt, usual_acceleration(dt)};
+}
+
+// What an acceleration is measured by that may be an impact's: gravity, or the mean that the
+// half-step solve gave the water.
+double WaterStep::usual_acceleration(double dt) const {
+  return std::max(options_.gravity.norm(), mean_push_ / (0.5 * dt));
 }
 
 void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
@@ -268,9 +307,9 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   if (single()) {
     add_narrow_flow(narrow_, coupling.open(), push_);
     subtract_solved(fluid.u, valid_, push_);
-    extrapolate({&push_, &fluid.u});
+    extrapolate(coupling, {&push_, &fluid.u});
   } else {
-    extrapolate({&fluid.u});
+    extrapolate(coupling, {&fluid.u});
   }
   narrow_ = settle_after(coupling.narrow_faces(), fluid.u);
 }

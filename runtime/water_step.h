@@ -87,7 +87,8 @@ class WaterStep {
   /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
-  void extrapolate(const std::vector<MacField*>& fields);
+  void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);
+  double usual_acceleration(double dt) const;
   void damp_water(double dt, MacField& u) const;
   void slow_down(double dt, MacField& u) const;
   void move_spray(double dt);
@@ -102,6 +103,7 @@ class WaterStep {
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity
   NarrowFlow narrow_;                  // of the last solve
+  double mean_push_ = 0.0;             // of the last half-step solve, m/s
   MacField carrier_;                   // transporting velocity, m/s
   MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
   std::unique_ptr<KeepOut> keep_out_;  // null: no markers

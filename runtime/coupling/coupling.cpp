@@ -44,6 +44,7 @@ void Coupling::set_tank(const Grid& g, const Sides& open_side) {
     } else
       add_voxel_fractions(cells_inside(g, m.vertices, m.triangles), obstacles_);
   }
+  obstacle_walls_ = wall_faces(obstacles_);
   open_.resize(g, 1.0);
   solids_ = obstacles_;
   cut_.clear();

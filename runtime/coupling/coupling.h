@@ -12,6 +12,7 @@
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
 #include "runtime/coupling/voxel_faces.h"
+#include "runtime/coupling/wall_faces.h"
 
 namespace archetide {
 
@@ -85,6 +86,7 @@ class Coupling {
   const FaceField<double>& open() const { return open_; }
   const SolidFractions& solids() const { return solids_; }
   const PressureSystem& system() const { return system_; }
+  const std::vector<WallFace>& obstacle_walls() const { return obstacle_walls_; }
   const std::vector<NarrowFace>& narrow_faces() const { return solver_.narrow_faces(); }
   /// phi = dt p' / (rho dx) less its surface mean, of the last solve of a stage, m/s.
   const Array3<double>& last_pressure(Stage stage) const {
@@ -127,6 +129,7 @@ class Coupling {
   std::vector<SkinnedBodies> skins_;
   std::vector<std::vector<Vec3>> skin_points_;  // of each skin, m
   SolidFractions obstacles_, solids_;
+  std::vector<WallFace> obstacle_walls_;
   FaceField<double> open_;
   std::vector<CellBox> cut_;      // where solids_ is not obstacles_
   std::vector<CellBox> changed_;  // where open_ changed since the last assembly

@@ -1,6 +1,7 @@
 #include "runtime/fluid/time_splitting.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace archetide {
 namespace {
@@ -52,6 +53,24 @@ void add_row(const double* from, double factor, const unsigned char* wanted, int
   }
 }
 
+// The part of a push that is reflected: all of it up to kAllOf times the usual size, nothing beyond
+// kNothingOf times that.
+constexpr double kAllOf = 2.0, kNothingOf = 4.0;
+double reflected(double push, double per_usual) {
+  const double share = (kNothingOf - std::abs(push) * per_usual) / (kNothingOf - kAllOf);
+  return push * std::min(std::max(share, 0.0), 1.0);
+}
+
+// to += way * (reflected part of from) + plain * from where wanted
+void reflect_row(const double* from, double way, double plain, double per_usual,
+                 const unsigned char* wanted, int count, double* to) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const double more = way * reflected(from[i], per_usual) + plain * from[i];
+    to[i] += wanted[i] ? more : 0.0;
+  }
+}
+
 }  // namespace
 
 void continue_in_time(const MacField& now, const MacField& before, double steps,
@@ -68,8 +87,9 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
   }
 }
 
-void start_reflection(const MacField& before, double steps, const MacField& push,
+void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
                       const FaceField<unsigned char>& valid, MacField& u, MacField& out) {
+  const double per_usual = usual > 0.0 ? 1.0 / usual : 0.0;
   for (int a = 0; a < 3; ++a)
     for_each_row(
         valid[a],
@@ -77,21 +97,24 @@ void start_reflection(const MacField& before, double steps, const MacField& push
           const unsigned char* marks = valid[a].data() + n;
           double* here = u[a].data() + n;
           continue_row(here, before[a].data() + n, marks, steps, count, out[a].data() + n);
-          add_row(push[a].data() + n, -1.0, marks, count, here);
+          reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, marks, count, here);
         },
         [&](std::size_t n, int count) { std::copy_n(u[a].data() + n, count, out[a].data() + n); });
 }
 
-void end_reflection(const MacField& push, const FaceField<unsigned char>& valid,
+void end_reflection(const MacField& push, double usual, const FaceField<unsigned char>& valid,
                     const FaceField<unsigned char>& target, MacField& u, MacField& u_star) {
+  const double per_usual = usual > 0.0 ? 1.0 / usual : 0.0;
   for (int a = 0; a < 3; ++a) {
     const auto add_to_target = [&](std::size_t n, int count) {
-      add_row(push[a].data() + n, 2.0, target[a].data() + n, count, u_star[a].data() + n);
+      reflect_row(push[a].data() + n, 1.0, 1.0, per_usual, target[a].data() + n, count,
+                  u_star[a].data() + n);
     };
     for_each_row(
         valid[a],
         [&](std::size_t n, int count) {
-          add_row(push[a].data() + n, 1.0, valid[a].data() + n, count, u[a].data() + n);
+          reflect_row(push[a].data() + n, 1.0, 0.0, per_usual, valid[a].data() + n, count,
+                      u[a].data() + n);
           add_to_target(n, count);
         },
         add_to_target);

@@ -19,12 +19,15 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
 /// Both ends of the reflection around the advection of `u` by out: continue_in_time(u, before,
-/// steps, valid, out) and u -= push where valid != 0 ..
-void start_reflection(const MacField& before, double steps, const MacField& push,
+/// steps, valid, out) and u -= r push where valid != 0 .. A push far beyond the `usual` size, m/s,
+/// is an impact's: r falls from 1 to 0 between 2 and 4 times that (0: r = 1 everywhere). Reflected
+/// as a whole, the pushes of films along a wall that flicker between water and air drove them from
+/// 10 to 1e8 m/s.
+void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
                       const FaceField<unsigned char>& valid, MacField& u, MacField& out);
-/// .. and, with u advected to u_star, u += push where valid != 0 and u_star += 2 push where target
-/// != 0.
-void end_reflection(const MacField& push, const FaceField<unsigned char>& valid,
+/// .. and, with u advected to u_star, u += r push where valid != 0 and u_star += (1 + r) push where
+/// target != 0.
+void end_reflection(const MacField& push, double usual, const FaceField<unsigned char>& valid,
                     const FaceField<unsigned char>& target, MacField& u, MacField& u_star);
 
 /// push = push - u on faces with valid == 1, 0 elsewhere: what a solve took from the velocity that
