@@ -13,6 +13,7 @@
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
+#include "tests/unit/precompute/wet_sphere.h"
 
 namespace archetide {
 namespace {
@@ -24,17 +25,13 @@ constexpr double kYoung = 1e6, kPoisson = 0.3;                      // Pa
 // equations with the pressure rho a / (n + 1) d^2 u_r / dt^2 on the surface.
 double exact_frequency(int degree) {
   ARCHETIDE_CHECK(degree == 2 || degree == 3);
-  return degree == 2 ? 1.673954822 : 2.458947503;
+  return degree == 2 ? wet_sphere::kExact : 2.458947503;
 }
 
 // Real spherical harmonics of degree 2 (5) or 3 (7), orthonormal on the unit sphere.
 VecX harmonics(int degree, const Vec3& n) {
+  if (degree == 2) return wet_sphere::harmonics(n);
   const double x = n[0], y = n[1], z = n[2], pi = std::numbers::pi;
-  if (degree == 2) {
-    const double c = std::sqrt(15.0 / (4.0 * pi));
-    return Eigen::Matrix<double, 5, 1>(c * x * y, c * y * z, c * z * x, 0.5 * c * (x * x - y * y),
-                                       c / (2.0 * std::sqrt(3.0)) * (3.0 * z * z - 1.0));
-  }
   const double a = 0.25 * std::sqrt(35.0 / (2.0 * pi)), b = 0.25 * std::sqrt(105.0 / pi),
                c = 0.25 * std::sqrt(21.0 / (2.0 * pi)), d = 0.25 * std::sqrt(7.0 / pi);
   Eigen::Matrix<double, 7, 1> h;
