@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/time_splitting.h"
 
 namespace archetide {
 namespace {
@@ -91,11 +92,6 @@ double without_chop(const Grid& g, const MacField& carrier, int axis, int up, co
 // 192^3, CFL 3 for all but 1e-4 of the water: cut off at 1 or 2 cells, the jets blew up.)
 constexpr double kFarthestPush = 1.0;
 
-// In usual accelerations: the push counts in full up to the first, not at all beyond the second.
-// (Water falling between two pools blew up: a face beside a partition drove itself from 14 to 240
-// m/s in 12 steps.)
-constexpr double kFullPush = 2.0, kNoPush = 4.0;
-
 }  // namespace
 
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
@@ -120,8 +116,9 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
              (u - without_chop(g, *surface.carrier, axis, up, x));
   }
   const double usual = surface.usual_acceleration;
-  if (usual > 0.0)
-    pushed *= std::clamp((kNoPush - std::sqrt(square) / usual) / (kNoPush - kFullPush), 0.0, 1.0);
+  // (Water falling between two pools: a face beside a partition drove itself from 14 to 240 m/s in
+  // 12 steps.)
+  if (usual > 0.0) pushed *= share_without_impact(std::sqrt(square) / usual);
   const double beyond = farthest / kFarthestPush;
   return sum + (beyond > 1.0 ? pushed / (beyond * beyond) : pushed);
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/coupling/dual_faces.h"
+
 namespace archetide {
 namespace {
 
@@ -44,14 +46,14 @@ double mean_around(const Array3<double>& u, int axis, int c, const Vec3i& face) 
 
 std::vector<WallFace> wall_faces(const SolidFractions& obstacles) {
   // Solid fractions; where they change less in a cell, a corner of the wall says nothing of it.
-  constexpr double kCovered = 1.0 - 1e-9, kSteep = 0.2;
+  constexpr double kSteep = 0.2;
   std::vector<WallFace> walls;
   for (int a = 0; a < 3; ++a) {
     const Array3<double>& covered = obstacles.face[a];
     for (int k = 0; k < covered.nz(); ++k)
       for (int j = 0; j < covered.ny(); ++j)
         for (int i = 0; i < covered.nx(); ++i) {
-          if (covered(i, j, k) < kCovered) continue;
+          if (covered(i, j, k) < 1.0 - kSliver) continue;
           const Vec3 gradient = solid_gradient(obstacles.cell, a, {i, j, k});
           if (gradient.norm() > kSteep) walls.push_back({a, {i, j, k}, gradient.normalized()});
         }

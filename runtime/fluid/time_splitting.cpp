@@ -53,12 +53,9 @@ void add_row(const double* from, double factor, const unsigned char* wanted, int
   }
 }
 
-// The part of a push that is reflected: all of it up to kAllOf times the usual size, nothing beyond
-// kNothingOf times that.
-constexpr double kAllOf = 2.0, kNothingOf = 4.0;
+// The part of a push that is reflected.
 double reflected(double push, double per_usual) {
-  const double share = (kNothingOf - std::abs(push) * per_usual) / (kNothingOf - kAllOf);
-  return push * std::min(std::max(share, 0.0), 1.0);
+  return push * share_without_impact(std::abs(push) * per_usual);
 }
 
 // to += way * (reflected part of from) + plain * from where wanted

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "runtime/grid/grid.h"
 
 namespace archetide {
@@ -12,6 +14,13 @@ namespace archetide {
 /// What the last line gives back the full-step solve takes again: the difference to the plain
 /// splitting is the commutator of advection and pressure alone, so that still water stays still and
 /// the full-step solve keeps the whole pressure impulse, on bodies too.
+
+/// How much of an acceleration is taken for the flow's own, by its size in usual ones: all up to 2,
+/// nothing from 4 on, where it is an impact's.
+inline double share_without_impact(double size) {
+  constexpr double kAllOf = 2.0, kNothingOf = 4.0;
+  return std::min(std::max((kNothingOf - size) / (kNothingOf - kAllOf), 0.0), 1.0);
+}
 
 /// out = now + steps (now - before) on faces with valid == 1, and `now` elsewhere: the velocity
 /// `steps` intervals later.
