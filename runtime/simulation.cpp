@@ -547,19 +547,21 @@ double Simulation::Impl::free_way(std::size_t b, double water_top) const {
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
                                           const std::vector<std::vector<Vec3>>& read_points,
                                           StepReport& report) {
+  drive = actuation(water.fluid.time + 0.5 * dt, middle);
+  std::vector<StageBody> stage;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], drive[b]});
   if (water.present()) {
     {
       ScopedTimer timer(profile, "surface");
+      water.let_flow(dt, coupling);
+      coupling.look_ahead(stage);
       water.move_surface(dt, coupling, step_count);
     }
     ScopedTimer timer(profile, "advection");
     water.advect_to_end(dt);
   }
   ScopedTimer timer(profile, "velocities");
-  drive = actuation(water.fluid.time + 0.5 * dt, middle);
-  std::vector<StageBody> stage;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    stage.push_back({&bodies[b], middle[b], read_points[b], false, held[b], reaction[b], drive[b]});
   std::vector<StageResult> results;
   report.velocity =
       coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage, water.u_star, results,
@@ -624,11 +626,9 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
-    water.volume = r.water_volume;
-    const double out = dt * outflow_through_sides(options, water.grid(), water.fluid, coupling);
-    water.volume_wanted -= out;
-    r.outflow_volume = water.outflow += out;
-    r.volume_given_back = water.volume_given_back;
+    r.outflow_volume = water.outflow;
+    r.volume_refitted = water.refitted;
+    r.volume_residual = water.residual_volume();
     r.spray_volume = spray_volume(water.fluid.spray);
   }
   r.joint_drift = joint_drift(joints, bodies);

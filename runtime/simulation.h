@@ -30,7 +30,6 @@ struct SimulationOptions {
   Damping damping;                      // of the water's motion
   int particles_per_cell = 0;           // 0: plain level set
   bool spray = false;                   // water particles that come away fly as drops
-  bool volume_control = true;           // the surface is moved by what the level set lost in volume
 
   Geometry geometry = Geometry::kCutCell;
   double tolerance = 1e-8;  // relative residual of the coupled solve, 1e-14 .. 1e-2
@@ -61,7 +60,8 @@ struct StepReport {
   SolveReport position, velocity;  // the two coupled solves (position is empty for Scheme::kSingle)
   double divergence = 0.0;         // max |div u| over water cells after the velocity solve, 1/s
   double water_volume = 0.0;       // m^3
-  double volume_given_back = 0.0;  // by volume control since the start, m^3
+  double volume_residual = 0.0;  // m^3, held by cells beyond what surface and drops show
+  double volume_refitted = 0.0;  // m^3, that the surface gave or took back nearby since the start
   double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
   double outflow_volume = 0.0;     // left through open sides of the tank since the start, m^3
   Vec3 water_momentum = Vec3::Zero();         // kg m/s

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "runtime/coupling/air_extension.h"
 #include "runtime/fluid/advection.h"
@@ -84,11 +85,23 @@ int wet_layers(const Array3<double>& phi) {
   return wet;
 }
 
+// The same that hold all of a residual.
+int layers_of(const Array3<double>& residual) {
+  const std::size_t layer = static_cast<std::size_t>(residual.nx()) * residual.ny();
+  int layers = residual.nz();
+  const auto empty = [&](int k) {
+    const double* values = residual.data() + layer * k;
+    return std::all_of(values, values + layer, [](double r) { return r == 0.0; });
+  };
+  while (layers > 0 && empty(layers - 1)) --layers;
+  return layers;
+}
+
 // Layers, in eights and at most `full`, that end above what a step reads and writes of the air: the
 // highest water or particle, the way of a step, the layers that velocities are continued by, and
 // the stencils around.
-int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid) {
-  double top = g.low()[2] + g.dx * wet_layers(fluid.phi);
+int ceiling(const Grid& g, int full, double cfl, const FluidState& fluid, int layers_held = 0) {
+  double top = g.low()[2] + g.dx * std::max(wet_layers(fluid.phi), layers_held);
   const std::vector<Vec3>& particles = fluid.particles.position;
 #pragma omp parallel for reduction(max : top)
   for (std::size_t t = 0; t < particles.size(); ++t) top = std::max(top, particles[t][2]);
@@ -144,7 +157,7 @@ WaterStep::WaterStep(const SimulationOptions& options, FluidState initial)
 bool WaterStep::fit_ceiling() {
   constexpr int kSpare = 16;  // layers more than needed that stay
   const int full = options_.grid.nz;
-  const int wanted = ceiling(grid_, full, options_.cfl, fluid);
+  const int wanted = ceiling(grid_, full, options_.cfl, fluid, layers_of(residual_));
   if (wanted == grid_.nz || (wanted < grid_.nz && wanted + kSpare > grid_.nz && grid_.nz < full))
     return false;
   set_ceiling(wanted);
@@ -157,6 +170,8 @@ void WaterStep::set_ceiling(int layers) {
   fluid.phi.set_layers(layers, surface_options().band_cells * grid_.dx);
   for (MacField* u : {&fluid.u, &u_half, &u_star, &push_, &carrier_, &u_last_})
     u->set_layers(layers);
+  held_.set_layers(layers, 0.0);
+  residual_.set_layers(layers, 0.0);
   valid_.set_layers(layers);
   target_.set_layers(layers);
 }
@@ -178,7 +193,10 @@ void WaterStep::prepare(const Coupling& coupling) {
   valid_.resize(g, 1);
   mark_solid_cells(coupling.solids(), solid_cells_);
   prepare_surface(g, fluid, surface_options(), solid_cells_);
-  volume = volume_wanted = water_volume(g, fluid.phi, &coupling.solids().cell);
+  held_.resize(g.nx, g.ny, g.nz, 0.0);
+  residual_.resize(g.nx, g.ny, g.nz, 0.0);
+  measure_held(g, fluid.phi, coupling.solids().cell, held_, residual_);
+  residual_.fill(0.0);
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
@@ -263,27 +281,58 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   narrow_ = settle_before(coupling.narrow_faces(), u_half, push_);
 }
 
-void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
+// Flow that the last solve has given faces and that u_half does not show: through narrow ones, and
+// with bodies.
+std::vector<FaceFlow> WaterStep::hidden_flow(const Coupling& coupling) const {
+  std::vector<FaceFlow> flow;
+  std::map<std::pair<int, std::size_t>, double> solved;
+  for (const NarrowFace& f : coupling.narrow_faces()) {
+    solved[{f.axis, f.face}] = f.after;
+    flow.push_back({f.axis, f.face, f.open * (f.after - u_half[f.axis][f.face])});
+  }
+  for (const Coupling::SlipFace& f : coupling.slip_faces()) {
+    const auto narrow = solved.find({f.axis, f.face});
+    const double u = narrow == solved.end() ? u_half[f.axis][f.face] : narrow->second;
+    flow.push_back({f.axis, f.face, f.s * (f.v - u)});
+  }
+  return flow;
+}
+
+void WaterStep::let_flow(double dt, const Coupling& coupling) {
   const Grid& g = grid_;
-  mark_solid_cells(coupling.solids(), solid_cells_);
   const double speedup = options_.cfl <= kLargestBoundedCfl ? kMostSpeedup : 0.0;
   make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
                            u_half);
-  std::swap(fluid.u, u_half);
-  advance_surface(g, fluid, dt, surface_options(), solid_cells_, step, volume_shift(coupling));
-  move_spray(dt);
-  std::swap(fluid.u, u_half);
+  carry_residual(g, u_half, dt, fluid.phi, coupling.solids().cell, residual_);
+  outflow += take_outflow(g, u_half, dt, fluid.phi, coupling.open(), hidden_flow(coupling),
+                          open_side_, residual_);
 }
 
-// Drops come from the water that there should be, and return to it.
-void WaterStep::move_spray(double dt) {
-  if (!options_.spray) return;
+void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
+  const Grid& g = grid_;
+  const Array3<double>& solid = coupling.solids().cell;
+  mark_solid_cells(coupling.solids(), solid_cells_);
+  std::swap(fluid.u, u_half);
+  advance_surface(g, fluid, dt, surface_options(), solid_cells_, step);
+  move_spray(dt, solid);
+  std::swap(fluid.u, u_half);
+  measure_held(g, fluid.phi, solid, held_, residual_);
+  refitted += refit_.refit(g, solid, coupling.open(), fluid.phi, held_, residual_).moved;
+}
+
+double WaterStep::residual_volume() const {
+  return sum_by_plane(residual_) * grid_.dx * grid_.dx * grid_.dx;
+}
+
+// Drops come from the residual and return to it.
+void WaterStep::move_spray(double dt, const Array3<double>& solid) {
   const SprayEnds ends = fly_spray(options_.grid, options_.open_side, options_.gravity, dt,
-                                   fluid.phi, solid_cells_, fluid.spray);
-  volume_wanted += ends.landed;
+                                   fluid.phi, solid, residual_, fluid.spray);
   outflow += ends.left;
-  volume_wanted -= release_spray(grid_, fluid.phi, fluid.u, solid_cells_,
-                                 options_.particles_per_cell, fluid.particles, fluid.spray);
+  if (options_.spray)
+    release_spray(grid_, fluid.phi, fluid.u, solid_cells_, options_.particles_per_cell,
+                  fluid.particles, residual_, fluid.spray);
+  release_fragments(grid_, fluid.phi, fluid.u, solid, residual_, fluid.spray);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
@@ -314,26 +363,6 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   narrow_ = settle_after(coupling.narrow_faces(), fluid.u);
 }
 
-// How far the free surface as a whole is to move outward, m: by the volume that it has lost, or
-// gained, over its area. Beside bodies in waves the level set loses up to 1 % of a tank in 2 s
-// (sphere of 6 cells radius); a shift of at most 0.02 cells a step gives it back.
-double WaterStep::volume_shift(const Coupling& coupling) {
-  const Grid& g = grid_;
-  constexpr double kMaxShift = 0.02;  // cells a step
-  constexpr double kNothing = 1e-9;   // of the volume: still water is left alone to the last bit
-  const double missing = volume_wanted - volume;
-  if (!options_.volume_control || std::abs(missing) <= kNothing * volume_wanted) return 0.0;
-  std::size_t cut = 0;  // open cells that the surface crosses
-#pragma omp parallel for schedule(static) reduction(+ : cut)
-  for (std::size_t n = 0; n < fluid.phi.size(); ++n)
-    cut += std::abs(fluid.phi[n]) < 0.5 * g.dx && coupling.solids().cell[n] < 0.5;
-  if (cut == 0) return 0.0;
-  const double area = static_cast<double>(cut) * g.dx * g.dx;
-  const double shift = std::clamp(missing / area, -kMaxShift * g.dx, kMaxShift * g.dx);
-  volume_given_back += shift * area;
-  return shift;
-}
-
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
   if (!keep_out_) return;
   advect_points(grid_, u_half, dt, fluid.markers);
@@ -352,9 +381,7 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("water/ceiling", ceiling);
   if (ceiling < 1 || ceiling > options_.grid.nz) a.fail("the water stands in another tank");
   if (a.reading()) set_ceiling(static_cast<int>(ceiling));
-  a.field("water/volume_wanted", volume_wanted);
-  a.field("water/volume", volume);
-  a.field("water/volume_given_back", volume_given_back);
+  a.field("water/refitted", refitted);
   a.field("water/outflow", outflow);
   a.field("water/markers", fluid.markers);
   a.field("spray/position", fluid.spray.position);
@@ -368,6 +395,8 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("water/narrow_open", narrow_.open);
   a.field("water/narrow_excess", narrow_.excess);
   grid_field(a, "water/phi", fluid.phi);
+  grid_field(a, "water/held", held_);
+  grid_field(a, "water/residual", residual_);
   grid_field(a, "water/valid", valid_);
   grid_field(a, "water/u", fluid.u);
   grid_field(a, "water/u_half", u_half);
@@ -382,8 +411,9 @@ void WaterStep::remember(Memory& now) const {
   copy_values(fluid.particles.radius, now.particles.radius);
   copy_values(fluid.particles.sign, now.particles.sign);
   copy_values(valid_, now.valid);
-  now.volume_given_back = volume_given_back;
-  now.volume_wanted = volume_wanted;
+  now.refitted = refitted;
+  copy_values(held_, now.held);
+  copy_values(residual_, now.residual);
   now.outflow = outflow;
   now.spray = fluid.spray;
   now.narrow = narrow_;
@@ -394,10 +424,11 @@ void WaterStep::restore(const Memory& before) {
   fluid.particles = before.particles;
   fluid.spray = before.spray;
   narrow_ = before.narrow;
-  volume_wanted = before.volume_wanted;
+  refitted = before.refitted;
+  held_ = before.held;
+  residual_ = before.residual;
   outflow = before.outflow;
   valid_ = before.valid;
-  volume_given_back = before.volume_given_back;
   last_dt = 0.0;
 }
 

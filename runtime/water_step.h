@@ -8,6 +8,8 @@
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/fluid/surface.h"
+#include "runtime/fluid/surface_refit.h"
+#include "runtime/fluid/volume_flux.h"
 #include "runtime/simulation.h"
 
 namespace archetide {
@@ -25,10 +27,8 @@ class WaterStep {
   MacField u_half;                           // at the middle of the step, m/s
   MacField u_star;                           // advected, for the full-step solve, m/s
   double last_dt = 0.0;                      // s, of the step that u_half stems from; 0: of none
-  double volume_wanted = 0.0, volume = 0.0;  // m^3: at the start less what left through open sides;
-                                             // last measured
-  double volume_given_back = 0.0;            // m^3
   double outflow = 0.0;                      // through open sides since the start, m^3
+  double refitted = 0.0;  // moved between surface and residual since the start, m^3, without sign
 
   bool present() const { return options_.has_water && options_.grid.cells() > 0; }
   /// The tank up to a ceiling above all water, where the fields are: air higher up costs nothing.
@@ -53,12 +53,17 @@ class WaterStep {
   void after_position_solve(double dt, const Coupling& coupling);
   void start_single() { u_half = fluid.u; }
 
-  /// The level set and the particles over the whole step, and the volume that they lost.
+  /// What flows from cell to cell in the whole step; the geometry is still that of the last solve.
+  void let_flow(double dt, const Coupling& coupling);
+  /// The level set and the particles over the whole step; what they lose is the residual's, and the
+  /// surface takes it up again nearby. The geometry is that of the next solve.
   void move_surface(double dt, const Coupling& coupling, std::int64_t step);
   void advect_to_end(double dt);
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
   void after_velocity_solve(double dt, const Coupling& coupling);
+  /// Water that neither the surface nor drops show, m^3 (negative: shown twice); see surface_refit.h.
+  double residual_volume() const;
   /// What narrow faces carry into the next solve beside u_half or u_star.
   const NarrowFlow& narrow_flow() const { return narrow_; }
 
@@ -73,7 +78,8 @@ class WaterStep {
     Array3<double> phi;
     Particles particles;
     FaceField<unsigned char> valid;
-    double volume_given_back = 0.0, volume_wanted = 0.0, outflow = 0.0;
+    double refitted = 0.0, outflow = 0.0;
+    Array3<double> held, residual;
     Spray spray;
     NarrowFlow narrow;
   };
@@ -91,8 +97,8 @@ class WaterStep {
   double usual_acceleration(double dt) const;
   void damp_water(double dt, MacField& u) const;
   void slow_down(double dt, MacField& u) const;
-  void move_spray(double dt);
-  double volume_shift(const Coupling& coupling);
+  std::vector<FaceFlow> hidden_flow(const Coupling& coupling) const;
+  void move_spray(double dt, const Array3<double>& solid);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
 
   const SimulationOptions& options_;
@@ -102,6 +108,8 @@ class WaterStep {
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity
+  Array3<double> held_, residual_;     // per cell, dx^3; see surface_refit.h
+  SurfaceRefit refit_;
   NarrowFlow narrow_;                  // of the last solve
   double mean_push_ = 0.0;             // of the last half-step solve, m/s
   MacField carrier_;                   // transporting velocity, m/s

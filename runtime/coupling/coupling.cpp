@@ -117,6 +117,12 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   close_sides(g, options_.open_side, open_);
 }
 
+void Coupling::look_ahead(const std::vector<StageBody>& bodies) {
+  if (!wet()) return;
+  update_geometry(bodies);
+  ahead_ = true;
+}
+
 // Hydrostatic part of the water's pressure on every body.
 std::vector<VecX> Coupling::hydrostatic_loads(const std::vector<StageBody>& bodies) const {
   std::vector<VecX> loads(bodies.size());
@@ -300,6 +306,29 @@ void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, Mac
       }
 }
 
+void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
+  slip_faces_.clear();
+  if (options_.geometry != Geometry::kCutCell) return;
+  const Grid& g = options_.grid;
+  const auto add = [&](const DualFaces& faces, const auto& speed) {
+    for (const DualFace& f : faces)
+      if (f.slip != 0.0)
+        slip_faces_.push_back({f.axis, open_[f.axis].index(f.face[0], f.face[1], f.face[2]), f.slip,
+                               speed(f)});
+  };
+  for (const DualFaces& faces : obstacle_faces_)
+    add(faces, [](const DualFace&) { return 0.0; });
+  VecX whole, strain;
+  for (std::size_t b = 0; b < coupled.size(); ++b) {
+    if (skinned_[b]) continue;
+    const PlacedInnerFlow inner(inner_flow_of(*surfaces_[b].body->archetype), surfaces_[b]);
+    add(faces_[b], [&](const DualFace& f) {
+      inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);
+      return whole.dot(coupled[b].y);
+    });
+  }
+}
+
 void Coupling::assemble(const FreeSurface& surface) {
   const Grid& g = options_.grid;
   std::vector<DualFaces*> solids;
@@ -318,7 +347,7 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const NarrowFlow& narrow) {
   const Grid& g = options_.grid;
   if (wet()) {
-    update_geometry(bodies);
+    if (!std::exchange(ahead_, false)) update_geometry(bodies);
     assemble(surface);
     add_narrow_flow(narrow, open_, u);
   }
@@ -351,7 +380,10 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   const SolveReport report =
       tied ? solve_together(stage, dt, bodies, together ? *together : none, u, coupled, results)
            : solve_held(stage, dt, bodies, u, coupled, results);
-  if (wet()) set_constraint_faces(coupled, u);
+  if (wet()) {
+    set_constraint_faces(coupled, u);
+    collect_slip(coupled);
+  }
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
   // with it, walls, contacts and joints. Without water these last are known as impulses, equal and

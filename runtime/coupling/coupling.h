@@ -78,6 +78,8 @@ class Coupling {
 
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
+  /// The same for the next couple(), which must be of the same bodies, ahead of it.
+  void look_ahead(const std::vector<StageBody>& bodies);
 
   /// Of the last solve: faces whose velocity was solved for, open fractions of faces, solid
   /// fraction of cells.
@@ -88,6 +90,14 @@ class Coupling {
   const PressureSystem& system() const { return system_; }
   const std::vector<WallFace>& obstacle_walls() const { return obstacle_walls_; }
   const std::vector<NarrowFace>& narrow_faces() const { return solver_.narrow_faces(); }
+  /// Of the last solve: faces where water of s of the opening moves at v, with a body or an
+  /// obstacle (DualFace).
+  struct SlipFace {
+    int axis;
+    std::size_t face;
+    double s, v;  // open fraction, m/s
+  };
+  const std::vector<SlipFace>& slip_faces() const { return slip_faces_; }
   /// phi = dt p' / (rho dx) less its surface mean, of the last solve of a stage, m/s.
   const Array3<double>& last_pressure(Stage stage) const {
     return pressure_[stage == Stage::kVelocityFull];
@@ -114,6 +124,7 @@ class Coupling {
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
   const InnerFlow& inner_flow_of(const Archetype& archetype);
+  void collect_slip(const std::vector<CoupledBody>& coupled);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
@@ -144,6 +155,8 @@ class Coupling {
   std::map<const Archetype*, InnerFlow> inner_flows_;
   std::vector<MatX> carried_;      // cut cells: water that moves with each body, kg
   std::vector<VoxelBody> voxels_;  // voxel
+  bool ahead_ = false;             // the geometry is that of the next couple()
+  std::vector<SlipFace> slip_faces_;
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage

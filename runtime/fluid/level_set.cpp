@@ -236,6 +236,24 @@ double half_space_fraction(double value, const Vec3& m) {
   return fraction;
 }
 
+double square_share(double value, double a, double b) {
+  const double m1 = std::min(a, b), m2 = std::max(a, b), half = 0.5 * (m1 + m2);
+  if (value >= half) return 0.0;
+  if (value <= -half) return 1.0;
+  return square_fraction(half - value, m1, m2);
+}
+
+double wet_fraction(const Grid& g, const Array3<double>& phi, int i, int j, int k, std::size_t n,
+                    double shift) {
+  const double value = phi[n] + shift;
+  if (value >= g.dx) return 0.0;
+  if (value <= -g.dx) return 1.0;
+  const double* p = phi.data() + n;
+  return half_space_fraction(
+      value, Vec3(difference(p, 1, i, g.nx), difference(p, g.nx, j, g.ny),
+                   difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
+}
+
 double water_volume(const Grid& g, const Array3<double>& phi,
                     const Array3<double>* solid_fraction) {
   // One sum per row, added in order: the result does not depend on the number of threads.
@@ -247,13 +265,7 @@ double water_volume(const Grid& g, const Array3<double>& phi,
       for (int i = 0; i < g.nx; ++i) {
         const std::size_t n = phi.index(i, j, k);
         if (phi[n] >= g.dx) continue;
-        double fraction = 1.0;
-        if (phi[n] > -g.dx) {
-          const double* p = phi.data() + n;
-          fraction = half_space_fraction(
-              phi[n], Vec3(difference(p, 1, i, g.nx), difference(p, g.nx, j, g.ny),
-                           difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
-        }
+        const double fraction = wet_fraction(g, phi, i, j, k, n);
         sum += solid_fraction ? fraction * open_fraction((*solid_fraction)[n]) : fraction;
       }
       rows[j + static_cast<std::size_t>(g.ny) * k] = sum;

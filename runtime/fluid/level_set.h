@@ -21,10 +21,17 @@ void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double
 double water_volume(const Grid& g, const Array3<double>& phi,
                     const Array3<double>* solid_fraction = nullptr);
 
+/// Wet fraction of cell n = (i, j, k) of phi + shift, as `water_volume` takes it, without solids.
+double wet_fraction(const Grid& g, const Array3<double>& phi, int i, int j, int k, std::size_t n,
+                    double shift = 0.0);
+
 /// What a solid leaves of a cell; fractions of overlapping solids add up to more than 1.
 inline double open_fraction(double solid_fraction) {
   return std::min(std::max(1.0 - solid_fraction, 0.0), 1.0);
 }
+
+/// Share of the unit square about 0 where value + a . x < 0, |a| = (a, b).
+double square_share(double value, double a, double b);
 
 /// Fraction of the unit cube about 0 where value + m . x < 0, exact to round-off for every m.
 double half_space_fraction(double value, const Vec3& m);

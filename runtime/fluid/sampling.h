@@ -58,11 +58,16 @@ struct Lattice {
   }
   double at(Slot x, Slot y, Slot z) const { return at(base(x, y, z), x.f, y.f, z.f); }
 
-  /// Smallest and largest of the eight corner values.
-  void range(std::size_t n, double& low, double& high) const {
+  /// The eight corner values, x fastest.
+  void corners(std::size_t n, double c[8]) const {
     const double* p = values + n;
-    const double c[8] = {p[0],  p[sx],      p[sy],      p[sx + sy],
-                         p[sz], p[sx + sz], p[sy + sz], p[sx + sy + sz]};
+    c[0] = p[0], c[1] = p[sx], c[2] = p[sy], c[3] = p[sx + sy];
+    c[4] = p[sz], c[5] = p[sx + sz], c[6] = p[sy + sz], c[7] = p[sx + sy + sz];
+  }
+  /// Smallest and largest of them.
+  void range(std::size_t n, double& low, double& high) const {
+    double c[8];
+    corners(n, c);
     low = high = c[0];
     for (int m = 1; m < 8; ++m) low = std::min(low, c[m]), high = std::max(high, c[m]);
   }

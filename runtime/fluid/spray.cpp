@@ -9,6 +9,8 @@ namespace archetide {
 namespace {
 
 constexpr double kAway = 1.0;  // from the surface, dx
+constexpr double kSolid = 0.5;  // a cell more solid than this holds no drop
+constexpr double kFarFromWater = 3.0, kLeastDrop = 0.02;  // dx, dx^3
 
 // Moves entry `from` to `to` of every list.
 void move_drop(Spray& s, std::size_t from, std::size_t to) {
@@ -24,7 +26,7 @@ void shorten(Spray& s, std::size_t n) {
 
 double release_spray(const Grid& g, const Array3<double>& phi, const MacField& u,
                      const Array3<unsigned char>& solid, int per_cell, Particles& particles,
-                     Spray& spray) {
+                     Array3<double>& residual, Spray& spray) {
   const double drop = g.dx * g.dx * g.dx / per_cell;
   std::vector<char> away(particles.size());
   bool any = false;
@@ -43,6 +45,7 @@ double release_spray(const Grid& g, const Array3<double>& phi, const MacField& u
       spray.position.push_back(x);
       spray.velocity.push_back(interpolate(g, u, x));
       spray.volume.push_back(drop);
+      residual[cell_of(g, x)] -= 1.0 / per_cell;
       continue;
     }
     particles.position[kept] = x;
@@ -54,14 +57,32 @@ double release_spray(const Grid& g, const Array3<double>& phi, const MacField& u
   return volume;
 }
 
+void release_fragments(const Grid& g, const Array3<double>& phi, const MacField& u,
+                       const Array3<double>& solid_fraction, Array3<double>& residual,
+                       Spray& spray) {
+  const std::vector<int> cells = collect_cells(residual, [&](int, int, int, int n) {
+    return residual[n] > kLeastDrop && phi[n] > kFarFromWater * g.dx && solid_fraction[n] < kSolid;
+  });
+  for (const int n : cells) {
+    const Ijk c = unravel(residual, n);
+    const Vec3 x = g.cell_centre(c.i, c.j, c.k);
+    spray.position.push_back(x);
+    spray.velocity.push_back(interpolate(g, u, x));
+    spray.volume.push_back(residual[n] * g.dx * g.dx * g.dx);
+    residual[n] = 0.0;
+  }
+}
+
 SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravity, double dt,
-                    const Array3<double>& phi, const Array3<unsigned char>& solid, Spray& spray) {
+                    const Array3<double>& phi, const Array3<double>& solid_fraction,
+                    Array3<double>& residual, Spray& spray) {
   Grid fields = tank;
   fields.nz = phi.nz();
   SprayEnds ends;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < spray.size(); ++t) {
     Vec3 &x = spray.position[t], &v = spray.velocity[t];
+    const Vec3 start = x;
     x += dt * (v + 0.5 * dt * gravity);
     v += dt * gravity;
     bool gone = false;
@@ -77,10 +98,18 @@ SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravit
       ends.left += spray.volume[t];
       continue;
     }
-    if (x[2] < fields.high()[2] &&
-        (interpolate(fields, phi, x) < 0.0 || (solid.size() != 0 && solid[cell_of(fields, x)]))) {
-      ends.landed += spray.volume[t];
-      continue;
+    if (x[2] < fields.high()[2]) {
+      const int cell = cell_of(fields, x);
+      if (interpolate(fields, phi, x) < 0.0 && solid_fraction[cell] < kSolid) {
+        ends.landed += spray.volume[t];
+        residual[cell] += spray.volume[t] / (tank.dx * tank.dx * tank.dx);
+        continue;
+      }
+      if (solid_fraction[cell] >= kSolid) {  // along the wall, from where it was
+        const Vec3 n = interpolate_gradient(fields, solid_fraction, x).stableNormalized();
+        x = start;
+        v -= std::max(v.dot(n), 0.0) * n;
+      }
     }
     move_drop(spray, t, kept++);
   }

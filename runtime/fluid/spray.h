@@ -12,21 +12,29 @@ namespace archetide {
 
 /// Water particles that are a cell or more from the surface become drops, with the velocity u has
 /// there. Those in solids (mask != 0; an empty mask: none) do not. Returns the volume that they
-/// take, m^3.
+/// take, m^3, which the residual (dx^3 a cell) of theirs gives.
 double release_spray(const Grid& g, const Array3<double>& phi, const MacField& u,
                      const Array3<unsigned char>& solid, int per_cell, Particles& particles,
-                     Spray& spray);
+                     Array3<double>& residual, Spray& spray);
+
+/// Residual that the flow has taken away from the surface, 3 cells from all water, flies as drops,
+/// one a cell, where it is enough to matter.
+void release_fragments(const Grid& g, const Array3<double>& phi, const MacField& u,
+                       const Array3<double>& solid_fraction, Array3<double>& residual,
+                       Spray& spray);
 
 /// Volumes of the drops that are gone, m^3.
 struct SprayEnds {
-  double landed = 0.0;  // in water or on a solid
+  double landed = 0.0;  // in water
   double left = 0.0;    // through open sides of the tank
 };
 
-/// Drops fly for dt under gravity, m/s^2, slide down closed sides of the tank, and end in water,
-/// solids and open sides. phi and solid cover the tank up to a ceiling; above it there is air.
+/// Drops fly for dt under gravity, m/s^2, slide along solids and closed sides of the tank, and end
+/// in water, of whose residual they become part, and open sides. The cell fields cover the tank up
+/// to a ceiling; above it there is air.
 SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravity, double dt,
-                    const Array3<double>& phi, const Array3<unsigned char>& solid, Spray& spray);
+                    const Array3<double>& phi, const Array3<double>& solid_fraction,
+                    Array3<double>& residual, Spray& spray);
 
 double spray_volume(const Spray& spray);
 

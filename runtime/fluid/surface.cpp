@@ -24,18 +24,10 @@ void measure(const Grid& g, Array3<double>& phi, double band,
   redistance(g, phi, band, solid_cells, sheet);
 }
 
-// Cells beyond the band stay there: shifted as well, all water or all air would come to lie inside,
-// to be moved and measured in the next step (917 888 cells of a tank of 128^3 in place of 165 000).
-void move_outward(Array3<double>& phi, double shift, double band) {
-#pragma omp parallel for schedule(static)
-  for (std::size_t n = 0; n < phi.size(); ++n)
-    if (std::abs(phi[n]) < band) phi[n] -= shift;
-}
-
 }  // namespace
 
 void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,
-                     const Array3<unsigned char>& solid_cells, long step, double shift) {
+                     const Array3<unsigned char>& solid_cells, long step) {
   if (g.cells() == 0) return;
   const double band = options.band_cells * g.dx;
   advect_level_set(g, state.u, dt, state.phi, band, options.open_side,
@@ -44,8 +36,7 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   correct_level_set(g, state.particles, solid_cells, state.phi);
   measure(g, state.phi, band, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  if (shift != 0.0) move_outward(state.phi, shift, band);
-  adjust_radii(g, state.phi, shift, state.particles);
+  adjust_radii(g, state.phi, 0.0, state.particles);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
   if (options.particles_per_cell > 0 && due)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1,

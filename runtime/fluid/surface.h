@@ -13,10 +13,9 @@ struct SurfaceOptions {
 
 /// Moves the free surface over dt with state.u, which must be valid up to ceil(cfl) + 3 cells
 /// beyond the water. solid_cells: cells mostly inside a body or obstacle (may be empty); the
-/// surface goes on into them as a plane. `step` counts steps and keys the random numbers. In the
-/// end the surface as a whole moves outward by `shift` (m).
+/// surface goes on into them as a plane. `step` counts steps and keys the random numbers.
 void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,
-                     const Array3<unsigned char>& solid_cells, long step, double shift = 0.0);
+                     const Array3<unsigned char>& solid_cells, long step);
 
 /// Makes phi of a scene ready for the first step: distance within the band, continued into solids,
 /// particles seeded.

@@ -90,6 +90,23 @@ class Array3 {
   Values data_;
 };
 
+/// Sum of all values, plane by plane: threads do not change it.
+inline double sum_by_plane(const Array3<double>& a) {
+  const std::size_t layer = static_cast<std::size_t>(a.nx()) * a.ny();
+  std::vector<double> planes(a.nz(), 0.0);
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < a.nz(); ++k) {
+    const double* values = a.data() + layer * k;
+    double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+    for (std::size_t n = 0; n < layer; ++n) sum += values[n];
+    planes[k] = sum;
+  }
+  double total = 0.0;
+  for (const double plane : planes) total += plane;
+  return total;
+}
+
 /// to = from, on all threads.
 template <class T>
 void copy_values(const std::vector<T>& from, std::vector<T>& to) {

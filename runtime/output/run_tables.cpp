@@ -62,6 +62,8 @@ void StatsTable::write_header(const Profile& profile) {
                                     "held_bodies",
                                     "closed_regions",
                                     "incompatible_flow",
+                                    "volume_residual",
+                                    "volume_refitted",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -92,10 +94,11 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.potential);
   csv_.cell(s.max_speed).cell(s.contacts);
   csv_.cell(s.joint_drift).cell(s.max_deformation);
-  csv_.cell(s.volume_given_back).cell(s.spray_volume).cell(s.outflow_volume);
+  csv_.cell(0.0).cell(s.spray_volume).cell(s.outflow_volume);  // no correction is global
   csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
   csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
   csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);
+  csv_.cell(s.volume_residual).cell(s.volume_refitted);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

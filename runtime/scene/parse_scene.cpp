@@ -69,7 +69,6 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
   fluid.cell = s.number("cell");
   fluid.origin = s.vec3("origin");
   fluid.density = s.number("density");
-  fluid.volume_control = s.boolean("volume_control");
   fluid.water = parse_water(s, scene, bad);
   const char* const sides[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
   const Section walls = s.section("walls");

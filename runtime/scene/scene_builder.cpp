@@ -148,7 +148,6 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
     options.damping = scene.fluid->damping;
     options.particles_per_cell = scene.fluid->particles_per_cell;
     options.spray = scene.fluid->spray;
-    options.volume_control = scene.fluid->volume_control;
   }
   options.wall_contact = scene.fluid.has_value();
   options.body_contact = scene.body_contact;

@@ -80,11 +80,6 @@ Keys fluid_keys() {
        .range = above(0),
        .fallback = "1000",
        .meaning = "of the water"},
-      {.path = "fluid.volume_control",
-       .type = kBool,
-       .fallback = "true",
-       .meaning =
-           "give back the volume that the level set loses, by moving the whole surface a little"},
       {.path = "fluid.water",
        .type = kTable,
        .fallback = "absent",

@@ -47,7 +47,6 @@ struct FluidSpec {
   Damping damping;
   int particles_per_cell = 0;  // 0: plain level set
   bool spray = false;
-  bool volume_control = true;
 
   Vec3 high() const { return origin + cell * cells.cast<double>(); }
 };

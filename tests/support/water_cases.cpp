@@ -188,7 +188,6 @@ SteepWavesResult steep_waves(int n, double amplitude, bool ball) {
   o.grid = {n, n, 3 * n / 2, 1.0 / n, Vec3::Zero()};
   o.has_water = true;
   o.open_side[kZMax] = true;
-  o.volume_control = false;
   FluidState start = water_where(o.grid, [&](const Vec3& x) {
     const double ex = std::cos(M_PI * x[0]), ey = 0.6 * std::cos(2.0 * M_PI * x[1]);
     const double sx = -M_PI * amplitude * std::sin(M_PI * x[0]),
@@ -263,7 +262,6 @@ DropResult elliptic_drop(int n, double cfl, int particles) {
   SimulationOptions o = weightless_box({9 * n, 3 * n, 1, dx, Vec3(-4.5, -1.5, 0.0)});
   o.open_side = {true, true, true, true, false, false};
   o.particles_per_cell = particles;
-  o.volume_control = false;
   o.cfl = cfl;
   FluidState start =
       water_where(o.grid, [](const Vec3& x) { return std::hypot(x[0], x[1]) - 1.0; });
@@ -294,7 +292,6 @@ DropResult spheroid_drop(int n, double cfl, int particles, double sign) {
   SimulationOptions o = weightless_box({2 * half_x, 2 * half_x, 2 * half_z, dx, corner});
   o.open_side.fill(true);
   o.particles_per_cell = particles;
-  o.volume_control = false;
   o.cfl = cfl;
   FluidState start = water_where(o.grid, [](const Vec3& x) { return x.norm() - 1.0; });
   set_velocity(

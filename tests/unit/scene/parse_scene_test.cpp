@@ -36,7 +36,6 @@ walls = { xmin = "open", xmax = "open", ymin = "open", ymax = "open", zmin = "op
 particles = { per_cell = 16, spray = true }
 beach = { xmin = 0.0625, xmax = 0.125, ymin = 0.03125, ymax = 0.25, rate = 2.5 }
 drag = 0.125
-volume_control = false
 [fluid.water]
 level = 0.4
 boxes = [{ low = [0, 0, 0], high = [1, 1, 1] }]
@@ -184,7 +183,6 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.fluid->damping.width, (std::array<double, 4>{0.0625, 0.125, 0.03125, 0.25}));
   EXPECT_EQ(s.fluid->damping.rate, 2.5);
   EXPECT_EQ(s.fluid->damping.drag, 0.125);
-  EXPECT_FALSE(s.fluid->volume_control);
   EXPECT_FALSE(s.fluid->water.full);
   EXPECT_EQ(s.fluid->water.level, 0.4);
   EXPECT_EQ(s.fluid->water.boxes.at(0).high, Vec3(1, 1, 1));

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/grid/grid.h"
+
+namespace archetide {
+
+/// Water that a cell should hold is what the level set shows there, `held` (dx^3), and `residual`,
+/// what the level set has lost (or gained: negative). Their sum changes by what flows (see
+/// take_outflow) and by nothing else: moving, measuring and continuing phi only shifts water
+/// between the two. The residual is carried by the flow until the surface nearby takes it up.
+
+/// held = open fraction of the cell times wet fraction; residual gives what held takes.
+void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
+                  Array3<double>& held, Array3<double>& residual);
+
+/// The flow u takes the residual along for dt: forward traces, shared out to the open cells around
+/// the end. Deep in the water what is small stays where it is. Cells that a solid fills give theirs
+/// to open ones beside them.
+void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
+                    const Array3<double>& solid, Array3<double>& residual);
+
+/// What a refit did, m^3.
+struct RefitReport {
+  double moved = 0.0;  // sum of |volume| that the surface took up
+  double left = 0.0;   // net residual that stays
+};
+
+/// Moves the surface where residual lies nearby, so that it takes it up: phi -= s, s the residual
+/// of the cells within 2 cells (what finds no surface there: 6 cells) over the area of the surface
+/// that shares it, both smoothed by the same symmetric kernel, so that nothing is lost. Goes
+/// through open faces only.
+class SurfaceRefit {
+ public:
+  RefitReport refit(const Grid& g, const Array3<double>& solid, const FaceField<double>& open,
+                    Array3<double>& phi, Array3<double>& held, Array3<double>& residual);
+
+ private:
+  void collect(const Grid& g, const FaceField<double>& open, const Array3<double>& phi,
+               const Array3<double>& solid);
+  void smooth(std::vector<double>& f, int passes, bool reversed);
+  void smooth_both(std::vector<double>& f, int passes);
+  double pass(const Grid& g, const Array3<double>& solid, int passes, Array3<double>& phi,
+              Array3<double>& held, Array3<double>& residual);
+
+  Array3<int> number_;                      // of each cell in the list; -1
+  std::vector<int> cells_;                  // around the surface, ascending
+  std::vector<int> beside_[6];              // of each, the cell behind an open face, or itself
+  std::vector<double> area_, share_, spare_;  // work space
+};
+
+}  // namespace archetide
