@@ -141,7 +141,8 @@ struct Simulation::Impl {
   std::vector<ReducedBody> half_way;  // as the water meets them in the position stage
   std::vector<ReducedBody> seen;      // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
-  double actuation_work = 0.0;  // J
+  double actuation_work = 0.0;      // J
+  Motion transported, last_motion;  // since the start; of the water after the last step
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
@@ -234,6 +235,12 @@ void Simulation::Impl::visit_state(StateArchive& a) {
   a.field("last_dt", water.last_dt);
   a.field("step_count", step_count);
   a.field("actuation_work", actuation_work);
+  for (Motion* m : {&transported, &last_motion}) {
+    const std::string name = m == &transported ? "transported" : "last_motion";
+    a.field(name + "/P", m->P);
+    a.field(name + "/L", m->L);
+    a.field(name + "/kinetic", m->kinetic);
+  }
   std::size_t present = bodies.size();
   a.field("present", present);
   if (present < bodies.size() || present > bodies.size() + waiting.size())
@@ -565,7 +572,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   std::vector<StageResult> results;
   report.velocity =
       coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage, water.u_star, results,
-                      between ? &touching : nullptr, water.narrow_flow());
+                      between ? &touching : nullptr, water.narrow_flow(), &water.held());
   if (!report.velocity.converged) return false;
   if (between) {
     profile.add("velocities", -coupling.contact_seconds());
@@ -626,6 +633,9 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
+    if (step_count > 1) transported += coupling.motion_before() - last_motion;
+    last_motion = coupling.motion_after();
+    r.transported = transported;
     r.outflow_volume = water.outflow;
     r.volume_refitted = water.refitted;
     r.volume_residual = water.residual_volume();

@@ -60,11 +60,16 @@ struct StepReport {
   SolveReport position, velocity;  // the two coupled solves (position is empty for Scheme::kSingle)
   double divergence = 0.0;         // max |div u| over water cells after the velocity solve, 1/s
   double water_volume = 0.0;       // m^3
-  double volume_residual = 0.0;  // m^3, held by cells beyond what surface and drops show
-  double volume_refitted = 0.0;  // m^3, that the surface gave or took back nearby since the start
+  double volume_residual = 0.0;    // m^3, held by cells beyond what surface and drops show
+  double volume_refitted = 0.0;    // m^3, that the surface gave or took back nearby since the start
   double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
   double outflow_volume = 0.0;     // left through open sides of the tank since the start, m^3
-  Vec3 water_momentum = Vec3::Zero();         // kg m/s
+  Vec3 water_momentum = Vec3::Zero();          // kg m/s
+  Vec3 water_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
+  /// What moving the water through the grid has changed since the start, in momentum, angular
+  /// momentum and kinetic energy: an error of the method, which a transport without one leaves at
+  /// 0.
+  Motion transported;
   Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J

@@ -29,27 +29,19 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
   r.max_deformation = std::max(r.max_deformation, deformation(body));
 }
 
-double outflow_through_sides(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
-                             const Coupling& coupling) {
-  double sum = 0.0;
-  for (int side = 0; side < 6; ++side) {
-    if (!o.open_side[side]) continue;
-    const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    Vec3i f = Vec3i::Zero();
-    f[axis] = side % 2 ? g.size(axis) : 0;
-    for (f[c] = 0; f[c] < g.size(c); ++f[c])
-      for (f[b] = 0; f[b] < g.size(b); ++f[b])
-        if (coupling.valid()[axis](f[0], f[1], f[2]) == 1)
-          sum += coupling.open()[axis](f[0], f[1], f[2]) *
-                 std::max((side % 2 ? 1.0 : -1.0) * fluid.u[axis](f[0], f[1], f[2]), 0.0);
-  }
-  return sum * g.dx * g.dx;
-}
-
 namespace {
 
 // Wet share of a cell with phi / dx at its centre.
 double wet_share(double phi) { return std::min(std::max(0.5 - phi, 0.0), 1.0); }
+
+// Largest |u| of the faces with valid == 1.
+double fastest(const Array3<double>& u, const Array3<unsigned char>& valid) {
+  double most = 0.0;
+#pragma omp parallel for simd schedule(static) reduction(max : most)
+  for (std::size_t n = 0; n < u.size(); ++n)
+    most = std::max(most, valid[n] == 1 ? std::abs(u[n]) : 0.0);
+  return most;
+}
 
 // Central differences of f at a cell, one-sided at the tank's sides, per cell.
 Vec3 differences(const Array3<double>& f, int i, int j, int k) {
@@ -70,37 +62,12 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
                           const Coupling& coupling, StepReport& r) {
   r.water_volume = water_volume(g, fluid.phi, &coupling.solids().cell);
 
-  // rho dx^3 e u over the faces between water cells, and what moves with bodies; plane by plane so
-  // that threads do not change the sums
+  const Motion& motion = coupling.motion_after();
+  r.water_momentum = motion.P;
+  r.water_angular_momentum = motion.L;
+  r.water_kinetic = motion.kinetic;
+  for (int a = 0; a < 3; ++a) r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
   const double mass = o.water_density * g.dx * g.dx * g.dx;
-  for (int a = 0; a < 3; ++a) {
-    const Array3<double>&u = fluid.u[a], &e = coupling.system().matrix.w[a];
-    const auto& solved = coupling.valid()[a];
-    std::vector<double> momentum(u.nz(), 0.0), energy(u.nz(), 0.0), fastest(u.nz(), 0.0);
-#pragma omp parallel for schedule(static, 1)
-    for (int k = 0; k < u.nz(); ++k) {
-      const double *speed = &u(0, 0, k), *share = &e(0, 0, k);
-      const unsigned char* of_water = &solved(0, 0, k);
-      const int count = u.nx() * u.ny();
-      double p = 0.0, twice = 0.0, most = 0.0;
-#pragma omp simd reduction(+ : p, twice) reduction(max : most)
-      for (int n = 0; n < count; ++n) {
-        const double here = of_water[n] == 1 ? speed[n] : 0.0, flux = share[n] * here;
-        p += flux, twice += flux * here, most = std::max(most, std::abs(here));
-      }
-      momentum[k] = mass * p, energy[k] = 0.5 * mass * twice, fastest[k] = most;
-    }
-    for (int k = 0; k < u.nz(); ++k) {
-      r.water_momentum[a] += momentum[k], r.water_kinetic += energy[k];
-      r.max_speed = std::max(r.max_speed, fastest[k]);
-    }
-  }
-  for (const NarrowFace& f : coupling.narrow_faces()) {
-    const double flux = mass * coupling.system().matrix.w[f.axis][f.face] * f.after;
-    r.water_momentum[f.axis] += flux, r.water_kinetic += 0.5 * flux * f.after;
-  }
-  r.water_momentum += coupling.carried_momentum();
-  r.water_kinetic += coupling.carried_energy();
   const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> potential(g.nz, 0.0);
 #pragma omp parallel for schedule(static, 1)

@@ -12,10 +12,6 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 void add_water_statistics(const SimulationOptions& options, const Grid& grid,
                           const FluidState& fluid, const Coupling& coupling, StepReport& report);
 
-/// Water that leaves through the open sides of the tank, m^3/s (what comes in is air).
-double outflow_through_sides(const SimulationOptions& options, const Grid& grid,
-                             const FluidState& fluid, const Coupling& coupling);
-
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);
 

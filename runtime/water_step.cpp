@@ -317,7 +317,10 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
   move_spray(dt, solid);
   std::swap(fluid.u, u_half);
   measure_held(g, fluid.phi, solid, held_, residual_);
-  refitted += refit_.refit(g, solid, coupling.open(), fluid.phi, held_, residual_).moved;
+  const bool particles = fluid.particles.size() > 0;
+  const Array3<double> before = particles ? fluid.phi : Array3<double>();
+  refitted += refit_.refit(g, solid, coupling.open(), fluid.phi, held_, residual_);
+  if (particles) adjust_radii(g, fluid.phi, before, fluid.particles);
 }
 
 double WaterStep::residual_volume() const {

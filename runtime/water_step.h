@@ -24,10 +24,10 @@ class WaterStep {
   WaterStep(const SimulationOptions& options, FluidState initial);
 
   FluidState fluid;
-  MacField u_half;                           // at the middle of the step, m/s
-  MacField u_star;                           // advected, for the full-step solve, m/s
-  double last_dt = 0.0;                      // s, of the step that u_half stems from; 0: of none
-  double outflow = 0.0;                      // through open sides since the start, m^3
+  MacField u_half;        // at the middle of the step, m/s
+  MacField u_star;        // advected, for the full-step solve, m/s
+  double last_dt = 0.0;   // s, of the step that u_half stems from; 0: of none
+  double outflow = 0.0;   // through open sides since the start, m^3
   double refitted = 0.0;  // moved between surface and residual since the start, m^3, without sign
 
   bool present() const { return options_.has_water && options_.grid.cells() > 0; }
@@ -62,8 +62,11 @@ class WaterStep {
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
   void after_velocity_solve(double dt, const Coupling& coupling);
-  /// Water that neither the surface nor drops show, m^3 (negative: shown twice); see surface_refit.h.
+  /// Water that neither the surface nor drops show, m^3 (negative: shown twice); see
+  /// surface_refit.h.
   double residual_volume() const;
+  /// What the surface shows in each cell, dx^3.
+  const Array3<double>& held() const { return held_; }
   /// What narrow faces carry into the next solve beside u_half or u_star.
   const NarrowFlow& narrow_flow() const { return narrow_; }
 
@@ -108,7 +111,7 @@ class WaterStep {
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity
-  Array3<double> held_, residual_;     // per cell, dx^3; see surface_refit.h
+  Array3<double> held_, residual_;  // per cell, dx^3; see surface_refit.h
   SurfaceRefit refit_;
   NarrowFlow narrow_;                  // of the last solve
   double mean_push_ = 0.0;             // of the last half-step solve, m/s

@@ -113,7 +113,12 @@ class PressureGradient {
     const SurfaceFace face =
         surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_water ? 1 : -1);
     const double here = x(c[0], c[1], c[2]), there = to_phi * (face.value - s.surface_mean);
+    const double before = v[f], w = (*s.open)[axis][f];
     v[f] -= (low_water ? there - here : here - there) / face.theta;
+    if (w >= kTrustedOpening && w * face.theta < kTrustedDepth) {  // else remember_narrow did
+      valid[axis][f] = 0;
+      narrow[high[2]].push_back({axis, f, w * face.theta, before, NAN});
+    }
   }
 
   // Narrow faces of row (j, k) beside unknowns, as they are before the solve.

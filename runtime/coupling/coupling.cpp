@@ -306,6 +306,13 @@ void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, Mac
       }
 }
 
+// Of the water that moves with a body at y.
+Motion Coupling::carried_motion(std::size_t b, const VecX& y) const {
+  const VecX momentum = carried_[b] * y;
+  const Vec3 P = momentum.head<3>();
+  return {P, momentum.segment<3>(3) + surfaces_[b].centre.cross(P), 0.5 * momentum.dot(y)};
+}
+
 void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
   slip_faces_.clear();
   if (options_.geometry != Geometry::kCutCell) return;
@@ -313,11 +320,10 @@ void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
   const auto add = [&](const DualFaces& faces, const auto& speed) {
     for (const DualFace& f : faces)
       if (f.slip != 0.0)
-        slip_faces_.push_back({f.axis, open_[f.axis].index(f.face[0], f.face[1], f.face[2]), f.slip,
-                               speed(f)});
+        slip_faces_.push_back(
+            {f.axis, open_[f.axis].index(f.face[0], f.face[1], f.face[2]), f.slip, speed(f)});
   };
-  for (const DualFaces& faces : obstacle_faces_)
-    add(faces, [](const DualFace&) { return 0.0; });
+  for (const DualFaces& faces : obstacle_faces_) add(faces, [](const DualFace&) { return 0.0; });
   VecX whole, strain;
   for (std::size_t b = 0; b < coupled.size(); ++b) {
     if (skinned_[b]) continue;
@@ -344,7 +350,7 @@ void Coupling::assemble(const FreeSurface& surface) {
 SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
                              std::vector<StageResult>& results, GroupContacts* together,
-                             const NarrowFlow& narrow) {
+                             const NarrowFlow& narrow, const Array3<double>* held) {
   const Grid& g = options_.grid;
   if (wet()) {
     if (!std::exchange(ahead_, false)) update_geometry(bodies);
@@ -375,6 +381,14 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
       coupled[b].y_star += coupled[b].inverse_mass * bodies[b].reaction;
   }
 
+  const bool last = wet() && stage == Stage::kVelocityFull;
+  if (last) {
+    before_ = water_motion(g, system_, held, u);
+    if (options_.geometry == Geometry::kCutCell)
+      for (std::size_t b = 0; b < bodies.size(); ++b)
+        before_ += carried_motion(b, carried_velocity_[b]);
+  }
+
   GroupContacts none;
   const bool tied = together || !joints_.empty();
   const SolveReport report =
@@ -384,19 +398,17 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     set_constraint_faces(coupled, u);
     collect_slip(coupled);
   }
+  if (last) after_ = water_motion(g, system_, held, u);
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
   // with it, walls, contacts and joints. Without water these last are known as impulses, equal and
   // opposite to the last digit.
-  carried_momentum_.setZero();
-  carried_energy_ = 0.0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;
     if (wet() && options_.geometry == Geometry::kCutCell) {
       const VecX momentum = carried_[b] * out.y;
-      carried_momentum_ += momentum.head<3>();
-      carried_energy_ += 0.5 * momentum.dot(out.y);
+      if (last) after_ += carried_motion(b, out.y);
       out.water_impulse -= momentum - carried_[b] * carried_velocity_[b];
     }
     if (stage == Stage::kVelocityFull && report.converged) carried_velocity_[b] = out.y;

@@ -13,6 +13,7 @@
 #include "runtime/coupling/coupled_solve.h"
 #include "runtime/coupling/voxel_faces.h"
 #include "runtime/coupling/wall_faces.h"
+#include "runtime/coupling/water_motion.h"
 
 namespace archetide {
 
@@ -70,11 +71,12 @@ class Coupling {
 
   /// Solves one stage. dt is the whole step; the stage's length is dt/2 for kPositionHalf. u: u*
   /// in, u out. `together`: contacts between bodies, walls included; null: each body alone at its
-  /// walls. `narrow`: what narrow faces carry beside u. Joints hold in every stage.
+  /// walls. `narrow`: what narrow faces carry beside u. `held`: water in each cell, dx^3, for
+  /// motion_before() and motion_after(). Joints hold in every stage.
   SolveReport couple(Stage stage, double dt, const FreeSurface& surface,
                      const std::vector<StageBody>& bodies, MacField& u,
                      std::vector<StageResult>& results, GroupContacts* together = nullptr,
-                     const NarrowFlow& narrow = {});
+                     const NarrowFlow& narrow = {}, const Array3<double>* held = nullptr);
 
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
@@ -105,9 +107,10 @@ class Coupling {
   /// Largest divergence that the last velocity stage, or a stage that failed, has left, 1/s.
   double last_divergence() const { return divergence_; }
   const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
-  /// Of the last solve: momentum and kinetic energy of the water that moves with bodies (DualFace).
-  const Vec3& carried_momentum() const { return carried_momentum_; }  // N s
-  double carried_energy() const { return carried_energy_; }           // J
+  /// Of the water, before and after the last velocity stage, both in the masses of that solve; what
+  /// moves with bodies (DualFace) is part of it.
+  const Motion& motion_before() const { return before_; }
+  const Motion& motion_after() const { return after_; }
   /// Wall seconds that contacts between bodies took in the last couple().
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
@@ -124,6 +127,7 @@ class Coupling {
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
   const InnerFlow& inner_flow_of(const Archetype& archetype);
+  Motion carried_motion(std::size_t b, const VecX& y) const;
   void collect_slip(const std::vector<CoupledBody>& coupled);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
@@ -164,8 +168,7 @@ class Coupling {
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();
-  Vec3 carried_momentum_ = Vec3::Zero();
-  double carried_energy_ = 0.0;
+  Motion before_, after_;
   double contact_seconds_ = 0.0;
 };
 

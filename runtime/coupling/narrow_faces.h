@@ -11,12 +11,18 @@ namespace archetide {
 /// through any other, but the velocity is not that of the water around it (measured beside a
 /// falling torus: up to 400 m/s through 1e-5 of a face, where water and body moved at 2 m/s).
 constexpr double kTrustedOpening = 0.5;
+/// So are faces of which the surface leaves less than this in the water (theta times the opening):
+/// a little water that a pressure pushes far. What is shown to advection becomes the velocity of
+/// all the water that comes there next. (A dam of 0.6 x 1 m in a tank of 2 x 1.5 m, 32 cells/m:
+/// with it 14 m/s at most and an energy that never rises by more than 0.05 % of the first, without
+/// 21 m/s and 7 %; two pools beside a wall, into one of which a block of water falls, blew up.)
+constexpr double kTrustedDepth = 0.75;
 
 /// A narrow face beside an unknown, before and after a solve.
 struct NarrowFace {
   int axis = 0;
   std::size_t face = 0;              // index in the component's array
-  double open = 0.0;                 // w
+  double open = 0.0;                 // w, times theta at the surface
   double before = 0.0, after = 0.0;  // m/s
 };
 

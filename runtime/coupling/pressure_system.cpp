@@ -115,12 +115,12 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
       sum -= gravity[axis] * surface.chop_damping *
              (u - without_chop(g, *surface.carrier, axis, up, x));
   }
-  const double usual = surface.usual_acceleration;
   // (Water falling between two pools: a face beside a partition drove itself from 14 to 240 m/s in
   // 12 steps.)
-  if (usual > 0.0) pushed *= share_without_impact(std::sqrt(square) / usual);
+  const double usual = surface.usual_acceleration;
+  const double share = usual > 0.0 ? share_without_impact(std::sqrt(square) / usual) : 1.0;
   const double beyond = farthest / kFarthestPush;
-  return sum + (beyond > 1.0 ? pushed / (beyond * beyond) : pushed);
+  return share * (sum + (beyond > 1.0 ? pushed / (beyond * beyond) : pushed));
 }
 
 WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,

@@ -29,15 +29,15 @@ struct FreeSurface {
   double chop_damping = 0.0;            // s
   const MacField* push = nullptr;       // push_seconds grad p' / rho, m/s; may be null
   double push_seconds = 0.0;            // s
-  // Accelerations far above this, m/s^2, are an impact's: there the push is left out (see
+  // Accelerations above this, m/s^2, are an impact's: there nothing is moved back (see
   // carried_pressure).
   double usual_acceleration = 0.0;
 };
 
 /// What the interface at x carries in p' / rho because it stood elsewhere earlier in the step,
 /// m^2/s^2: (g + grad p' / rho) . (the way that it is moved back), the total pressure at x at the
-/// time when it was there. In impacts, where grad p' / rho is 2 to 4 times the usual acceleration,
-/// the second part fades out: it feeds on itself there.
+/// time when it was there. In impacts, where grad p' / rho is 1 to 2 times the usual acceleration,
+/// it fades out: it feeds on itself there.
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x);
 

@@ -299,16 +299,19 @@ int correct_level_set(const Grid& g, const Particles& particles, const Mask& sol
   return escaped;
 }
 
-void adjust_radii(const Grid& g, const Array3<double>& phi, double shift, Particles& particles) {
-  const PhiSampler sampler(g, phi);
+void adjust_radii(const Grid& g, const Array3<double>& phi, const Array3<double>& before,
+                  Particles& particles) {
+  const PhiSampler sampler(g, phi), old(g, before);
+  const bool moved = &before != &phi;
 #pragma omp parallel for
   for (std::size_t first = 0; first < particles.size(); first += kBlock) {
-    double values[kBlock];
+    double values[kBlock], before_values[kBlock];
     sampler.values(&particles.position[first], particles.size() - first, values);
+    if (moved) old.values(&particles.position[first], particles.size() - first, before_values);
     for (std::size_t t = first; t < std::min(first + kBlock, particles.size()); ++t) {
       const double value = values[t - first];
       signed char& sign = particles.sign[t];
-      if (sign * value < 0.0 && sign * (value + shift) >= 0.0)
+      if (moved && sign * value < 0.0 && sign * before_values[t - first] >= 0.0)
         sign = static_cast<signed char>(-sign);
       particles.radius[t] = radius_at(sign * value, g.dx);
     }

@@ -24,8 +24,9 @@ void advect_particles(const Grid& g, const MacField& u, double dt, Particles& pa
 int correct_level_set(const Grid& g, const Particles& particles, const Array3<unsigned char>& solid,
                       Array3<double>& phi);
 
-/// Radius of each particle = its distance to the surface, within 0.1 dx .. 0.5 dx. `shift` (m) has
-/// been taken from phi: what the surface has passed by it is on the other side now.
-void adjust_radii(const Grid& g, const Array3<double>& phi, double shift, Particles& particles);
+/// Radius of each particle = its distance to the surface, within 0.1 dx .. 0.5 dx. What the surface
+/// has passed since it was that of `before` is on the other side now.
+void adjust_radii(const Grid& g, const Array3<double>& phi, const Array3<double>& before,
+                  Particles& particles);
 
 }  // namespace archetide

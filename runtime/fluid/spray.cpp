@@ -8,7 +8,7 @@
 namespace archetide {
 namespace {
 
-constexpr double kAway = 1.0;  // from the surface, dx
+constexpr double kAway = 1.0;   // from the surface, dx
 constexpr double kSolid = 0.5;  // a cell more solid than this holds no drop
 constexpr double kFarFromWater = 3.0, kLeastDrop = 0.02;  // dx, dx^3
 

@@ -36,7 +36,7 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
   correct_level_set(g, state.particles, solid_cells, state.phi);
   measure(g, state.phi, band, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  adjust_radii(g, state.phi, 0.0, state.particles);
+  adjust_radii(g, state.phi, state.phi, state.particles);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
   if (options.particles_per_cell > 0 && due)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, step + 1,

@@ -11,11 +11,11 @@
 namespace archetide {
 namespace {
 
-constexpr double kOpen = 0.02;      // a cell less open than this holds no residual
-constexpr double kNothing = 1e-12;  // residual, dx^3
-constexpr double kReach = 4.9;      // from the surface that residual is shared out, dx
-constexpr double kDeep = 1e-3;      // residual deep in water that is carried, dx^3
-constexpr double kStep = 0.1;       // dx, of the difference that the surface's area stems from
+constexpr double kOpen = 0.02;       // a cell less open than this holds no residual
+constexpr double kNothing = 1e-12;   // residual, dx^3
+constexpr double kReach = 4.9;       // from the surface that residual is shared out, dx
+constexpr double kDeep = 1e-3;       // residual deep in water that is carried, dx^3
+constexpr double kStep = 0.1;        // dx, of the difference that the surface's area stems from
 constexpr double kLeastArea = 0.02;  // of surface in reach, dx^2, that residual is given to
 constexpr double kMostShift = 0.5;   // of a pass, dx
 constexpr int kPasses = 4, kNear = 1, kWide = 6;  // times the kernel is applied
@@ -141,8 +141,8 @@ void SurfaceRefit::collect(const Grid& g, const FaceField<double>& open, const A
     const Ijk c = unravel(phi, n);
     for_each_neighbour(phi, c, n, [&](int axis, int side, int m) {
       const bool up = side > 0;
-      const double w = open[axis](c.i + (axis == 0 && up), c.j + (axis == 1 && up),
-                                  c.k + (axis == 2 && up));
+      const double w =
+          open[axis](c.i + (axis == 0 && up), c.j + (axis == 1 && up), c.k + (axis == 2 && up));
       if (w > 0.0 && number_[m] >= 0) beside_[2 * axis + up][t] = number_[m];
     });
   }
@@ -159,8 +159,7 @@ void SurfaceRefit::smooth(std::vector<double>& f, int passes, bool reversed) {
       const double* from = f.data();
       double* to = spare_.data();
 #pragma omp parallel for schedule(static) if (count > kParallelFrom)
-      for (int t = 0; t < count; ++t)
-        to[t] = 0.5 * from[t] + 0.25 * (from[low[t]] + from[high[t]]);
+      for (int t = 0; t < count; ++t) to[t] = 0.5 * from[t] + 0.25 * (from[low[t]] + from[high[t]]);
       f.swap(spare_);
     }
 }
@@ -215,22 +214,18 @@ double SurfaceRefit::pass(const Grid& g, const Array3<double>& solid, int passes
   return moved;
 }
 
-RefitReport SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
-                                const FaceField<double>& open, Array3<double>& phi,
-                                Array3<double>& held, Array3<double>& residual) {
-  RefitReport report;
+double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
+                           const FaceField<double>& open, Array3<double>& phi, Array3<double>& held,
+                           Array3<double>& residual) {
+  double moved = 0.0;
   collect(g, open, phi, solid);
   const auto any = [&] {
     return std::any_of(cells_.begin(), cells_.end(),
                        [&](int n) { return std::abs(residual[n]) > kNothing; });
   };
-  for (int p = 0; p < kPasses && any(); ++p)
-    report.moved += pass(g, solid, kNear, phi, held, residual);
-  if (any()) report.moved += pass(g, solid, kWide, phi, held, residual);
-  const double cell = g.dx * g.dx * g.dx;
-  report.moved *= cell;
-  report.left = cell * sum_by_plane(residual);
-  return report;
+  for (int p = 0; p < kPasses && any(); ++p) moved += pass(g, solid, kNear, phi, held, residual);
+  if (any()) moved += pass(g, solid, kWide, phi, held, residual);
+  return moved * g.dx * g.dx * g.dx;
 }
 
 }  // namespace archetide

@@ -21,20 +21,15 @@ void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>
 void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
                     const Array3<double>& solid, Array3<double>& residual);
 
-/// What a refit did, m^3.
-struct RefitReport {
-  double moved = 0.0;  // sum of |volume| that the surface took up
-  double left = 0.0;   // net residual that stays
-};
-
 /// Moves the surface where residual lies nearby, so that it takes it up: phi -= s, s the residual
 /// of the cells within 2 cells (what finds no surface there: 6 cells) over the area of the surface
 /// that shares it, both smoothed by the same symmetric kernel, so that nothing is lost. Goes
 /// through open faces only.
 class SurfaceRefit {
  public:
-  RefitReport refit(const Grid& g, const Array3<double>& solid, const FaceField<double>& open,
-                    Array3<double>& phi, Array3<double>& held, Array3<double>& residual);
+  /// Returns the volume that the surface took up and gave, both counted, m^3.
+  double refit(const Grid& g, const Array3<double>& solid, const FaceField<double>& open,
+               Array3<double>& phi, Array3<double>& held, Array3<double>& residual);
 
  private:
   void collect(const Grid& g, const FaceField<double>& open, const Array3<double>& phi,
@@ -44,9 +39,9 @@ class SurfaceRefit {
   double pass(const Grid& g, const Array3<double>& solid, int passes, Array3<double>& phi,
               Array3<double>& held, Array3<double>& residual);
 
-  Array3<int> number_;                      // of each cell in the list; -1
-  std::vector<int> cells_;                  // around the surface, ascending
-  std::vector<int> beside_[6];              // of each, the cell behind an open face, or itself
+  Array3<int> number_;                        // of each cell in the list; -1
+  std::vector<int> cells_;                    // around the surface, ascending
+  std::vector<int> beside_[6];                // of each, the cell behind an open face, or itself
   std::vector<double> area_, share_, spare_;  // work space
 };
 

@@ -15,10 +15,11 @@ namespace archetide {
 /// splitting is the commutator of advection and pressure alone, so that still water stays still and
 /// the full-step solve keeps the whole pressure impulse, on bodies too.
 
-/// How much of an acceleration is taken for the flow's own, by its size in usual ones: all up to 2,
-/// nothing from 4 on, where it is an impact's.
+/// How much of an acceleration is taken for the flow's own, by its size in usual ones: all up to 1,
+/// nothing from 2 on, where it is an impact's. (From 2 to 4: eight random violent scenes gain 2.2 %
+/// of energy in the mean in place of 1.6.)
 inline double share_without_impact(double size) {
-  constexpr double kAllOf = 2.0, kNothingOf = 4.0;
+  constexpr double kAllOf = 1.0, kNothingOf = 2.0;
   return std::min(std::max((kNothingOf - size) / (kNothingOf - kAllOf), 0.0), 1.0);
 }
 
@@ -28,10 +29,10 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
 /// Both ends of the reflection around the advection of `u` by out: continue_in_time(u, before,
-/// steps, valid, out) and u -= r push where valid != 0 .. A push far beyond the `usual` size, m/s,
-/// is an impact's: r falls from 1 to 0 between 2 and 4 times that (0: r = 1 everywhere). Reflected
-/// as a whole, the pushes of films along a wall that flicker between water and air drove them from
-/// 10 to 1e8 m/s.
+/// steps, valid, out) and u -= r push where valid != 0 .. A push beyond the `usual` size, m/s, is
+/// an impact's: r falls from 1 to 0 between 1 and 2 times that (0: r = 1 everywhere). Reflected as
+/// a whole, the pushes of films along a wall that flicker between water and air drove them from 10
+/// to 1e8 m/s.
 void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
                       const FaceField<unsigned char>& valid, MacField& u, MacField& out);
 /// .. and, with u advected to u_star, u += r push where valid != 0 and u_star += (1 + r) push where

@@ -160,8 +160,7 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
 #pragma omp parallel for schedule(dynamic)
       for (int k = first; k < faces.nz(); k += stride)
         for (int j = 0; j < faces.ny(); ++j)
-          for (int i = 0; i < faces.nx(); ++i)
-            move(axis, i, j, k, flow.through(axis, i, j, k));
+          for (int i = 0; i < faces.nx(); ++i) move(axis, i, j, k, flow.through(axis, i, j, k));
   }
   for (const FaceFlow& f : beyond) {
     const Ijk c = unravel(u[f.axis], static_cast<int>(f.face));

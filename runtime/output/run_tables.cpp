@@ -64,6 +64,16 @@ void StatsTable::write_header(const Profile& profile) {
                                     "incompatible_flow",
                                     "volume_residual",
                                     "volume_refitted",
+                                    "water_lx",
+                                    "water_ly",
+                                    "water_lz",
+                                    "transported_px",
+                                    "transported_py",
+                                    "transported_pz",
+                                    "transported_lx",
+                                    "transported_ly",
+                                    "transported_lz",
+                                    "transported_kinetic",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -99,6 +109,10 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
   csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);
   csv_.cell(s.volume_residual).cell(s.volume_refitted);
+  cells(csv_, s.water_angular_momentum);
+  cells(csv_, s.transported.P);
+  cells(csv_, s.transported.L);
+  csv_.cell(s.transported.kinetic);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

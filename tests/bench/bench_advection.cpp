@@ -108,7 +108,7 @@ void run(int n) {
           [&] { advect_particles(g, s.u, 0.2 * dt, s.particles); });
   time_it("correct", count, nothing,
           [&] { correct_level_set(g, s.particles, tank.no_solid, s.phi); });
-  time_it("adjust radii", count, nothing, [&] { adjust_radii(g, s.phi, 0.0, s.particles); });
+  time_it("adjust radii", count, nothing, [&] { adjust_radii(g, s.phi, s.phi, s.particles); });
   time_it("reseed", count, nothing,
           [&] { reseed_particles(g, s.phi, tank.no_solid, 16, 1, s.particles); });
 }

@@ -170,7 +170,7 @@ TEST(ParticleLevelSet, DoesNotDependOnTheNumberOfThreads) {
         reseed_particles(g, phi[run], kNoSolid, 16, epoch, p[run]);
         advect_particles(g, u, 0.05, p[run]);
         correct_level_set(g, p[run], kNoSolid, phi[run]);
-        adjust_radii(g, phi[run], 0.0, p[run]);
+        adjust_radii(g, phi[run], phi[run], p[run]);
       }
     });
   EXPECT_TRUE(test::same_bits(p[0], p[1]));

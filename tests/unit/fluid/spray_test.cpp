@@ -29,7 +29,10 @@ TEST(Spray, TakesWaterParticlesThatAreAwayFromTheSurface) {
   }
   Spray spray;
   const double drop = std::pow(0.125, 3) / 4;
-  EXPECT_NEAR(release_spray(g, phi, u, kNoSolid, 4, p, spray), 2 * drop, 1e-15);
+  Array3<double> residual(8, 8, 8, 0.0);
+  EXPECT_NEAR(release_spray(g, phi, u, kNoSolid, 4, p, residual, spray), 2 * drop, 1e-15);
+  EXPECT_EQ(residual(3, 4, 5), -0.25);  // both cells give theirs
+  EXPECT_EQ(residual(3, 4, 6), -0.25);
   ASSERT_EQ(spray.size(), 2u);
   EXPECT_EQ(spray.position[0], Vec3(0.4, 0.5, 0.64));
   EXPECT_EQ(spray.position[1], Vec3(0.4, 0.5, 0.8));
@@ -41,7 +44,7 @@ TEST(Spray, TakesWaterParticlesThatAreAwayFromTheSurface) {
 
   Array3<unsigned char> solid(8, 8, 8, 1);
   p.position.emplace_back(0.4, 0.5, 0.8), p.radius.push_back(0.02f), p.sign.push_back(-1);
-  EXPECT_EQ(release_spray(g, phi, u, solid, 4, p, spray), 0.0);
+  EXPECT_EQ(release_spray(g, phi, u, solid, 4, p, residual, spray), 0.0);
 }
 
 // x + v t - g t^2 / 2 exactly, until it is under water again; what goes up comes down.
@@ -54,9 +57,11 @@ TEST(Spray, FliesOnParabolasAndGivesItsWaterBack) {
   // back at the surface when 0.2 + 8 t - 5 t^2 = 0
   const double back = (8.0 + std::sqrt(64.0 + 4.0)) / 10.0;
   double t = 0.0, landed = 0.0;
+  const Array3<double> open(8, 8, 8, 0.0);
+  Array3<double> residual(8, 8, 8, 0.0);
   while (spray.size() > 0 && t < 10.0) {
     t += dt;
-    const SprayEnds ends = fly_spray(tank, {}, gravity, dt, phi, kNoSolid, spray);
+    const SprayEnds ends = fly_spray(tank, {}, gravity, dt, phi, open, residual, spray);
     landed += ends.landed;
     EXPECT_EQ(ends.left, 0.0);
     if (spray.size() > 0) {
@@ -65,6 +70,7 @@ TEST(Spray, FliesOnParabolasAndGivesItsWaterBack) {
   }
   EXPECT_NEAR(t, back, dt);
   EXPECT_EQ(landed, 0.25);
+  EXPECT_NEAR(sum_by_plane(residual), 0.25 / std::pow(0.125, 3), 1e-12);
 }
 
 TEST(Spray, MeetsTheSidesOfTheTankAndSolids) {
@@ -72,7 +78,8 @@ TEST(Spray, MeetsTheSidesOfTheTankAndSolids) {
   const auto phi = water_below(g, 0.1);
   const Vec3 x(0.9, 0.5, 0.6), v(3, 0, 0);
   Spray spray{{x}, {v}, {0.5}};
-  fly_spray(g, {}, Vec3::Zero(), 0.1, phi, kNoSolid, spray);
+  Array3<double> solid(8, 8, 8, 0.0), residual(8, 8, 8, 0.0);
+  fly_spray(g, {}, Vec3::Zero(), 0.1, phi, solid, residual, spray);
   ASSERT_EQ(spray.size(), 1u);  // at the closed wall
   EXPECT_EQ(spray.position[0], Vec3(1.0, 0.5, 0.6));
   EXPECT_EQ(spray.velocity[0], Vec3(0, 0, 0));
@@ -80,13 +87,19 @@ TEST(Spray, MeetsTheSidesOfTheTankAndSolids) {
   spray = {{x}, {v}, {0.5}};
   Sides open{};
   open[kXMax] = true;
-  EXPECT_EQ(fly_spray(g, open, Vec3::Zero(), 0.1, phi, kNoSolid, spray).left, 0.5);
+  EXPECT_EQ(fly_spray(g, open, Vec3::Zero(), 0.1, phi, solid, residual, spray).left, 0.5);
   EXPECT_EQ(spray.size(), 0u);
 
-  spray = {{x}, {Vec3(0, 0, -1)}, {0.5}};
-  Array3<unsigned char> solid(8, 8, 8, 0);
-  solid(7, 4, 4) = 1;  // z from 0.5 to 0.625
-  EXPECT_EQ(fly_spray(g, {}, Vec3::Zero(), 0.01, phi, solid, spray).landed, 0.5);
+  // It stops above a body and slides on along it.
+  const Vec3 above(0.5, 0.5, 0.64);
+  spray = {{above}, {Vec3(0.5, 0, -2)}, {0.5}};
+  for (int j = 0; j < 8; ++j)
+    for (int i = 0; i < 8; ++i) solid(i, j, 4) = 1.0;  // z from 0.5 to 0.625
+  EXPECT_EQ(fly_spray(g, {}, Vec3::Zero(), 0.01, phi, solid, residual, spray).landed, 0.0);
+  ASSERT_EQ(spray.size(), 1u);
+  EXPECT_EQ(spray.position[0], above);
+  EXPECT_NEAR(spray.velocity[0][0], 0.5, 1e-15);
+  EXPECT_NEAR(spray.velocity[0][2], 0.0, 1e-15);
 }
 
 }  // namespace

@@ -89,20 +89,6 @@ TEST(Surface, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_TRUE(test::same_bits(s[0].particles, s[1].particles));
 }
 
-TEST(Surface, AShiftMovesWhatLiesInsideTheBandOnly) {
-  const Grid g = unit_grid(20, 20, 20, 1.0 / 20);
-  const double band = SurfaceOptions().band_cells * g.dx, shift = 0.01 * g.dx;
-  FluidState s =
-      state_of(g, SurfaceOptions(), sample_cells(g, [](const Vec3& x) { return x[2] - 0.5; }),
-               sample_faces(g, [](int, const Vec3&) { return 0.0; }));
-  advance_surface(g, s, 0.01, SurfaceOptions(), kNoSolid, 0, shift);
-  for (int k = 0; k < g.nz; ++k) {
-    const double height = g.cell_centre(0, 0, k)[2] - 0.5;
-    const double expected = std::abs(height) < band ? height - shift : std::copysign(band, height);
-    EXPECT_NEAR(s.phi(10, 10, k), expected, 1e-9 * g.dx) << k;
-  }
-}
-
 TEST(Surface, WithoutCellsNothingHappens) {
   FluidState s;
   advance_surface(Grid(), s, 0.1, SurfaceOptions(), kNoSolid, 0);
