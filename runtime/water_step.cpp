@@ -138,6 +138,41 @@ double mean_size(const MacField& v, const FaceField<unsigned char>& valid) {
   return count > 0.0 ? std::sqrt(3.0 * square / count) : 0.0;
 }
 
+// Flow that the last solve has given faces and that u does not show: through narrow ones, and
+// with bodies.
+std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
+  std::vector<FaceFlow> flow;
+  std::map<std::pair<int, std::size_t>, double> solved;
+  for (const NarrowFace& f : coupling.narrow_faces()) {
+    solved[{f.axis, f.face}] = f.after;
+    flow.push_back({f.axis, f.face, f.open * (f.after - u[f.axis][f.face])});
+  }
+  for (const Coupling::SlipFace& f : coupling.slip_faces()) {
+    const auto narrow = solved.find({f.axis, f.face});
+    const double here = narrow == solved.end() ? u[f.axis][f.face] : narrow->second;
+    flow.push_back({f.axis, f.face, f.s * (f.v - here)});
+  }
+  return flow;
+}
+
+void visit_flow(StateArchive& a, std::vector<FaceFlow>& flow) {
+  std::vector<signed char> axis;
+  std::vector<std::int64_t> face;
+  std::vector<double> beyond;
+  for (const FaceFlow& f : flow) {
+    axis.push_back(static_cast<signed char>(f.axis));
+    face.push_back(static_cast<std::int64_t>(f.face));
+    beyond.push_back(f.beyond);
+  }
+  a.field("water/hidden_axis", axis);
+  a.field("water/hidden_face", face);
+  a.field("water/hidden_beyond", beyond);
+  if (!a.reading()) return;
+  flow.clear();
+  for (std::size_t n = 0; n < axis.size(); ++n)
+    flow.push_back({axis[n], static_cast<std::size_t>(face[n]), beyond[n]});
+}
+
 }  // namespace
 
 Grid field_grid(const SimulationOptions& options, const FluidState& initial) {
@@ -279,23 +314,8 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   extrapolate(coupling, {&push_, &u_half});
   mean_push_ = mean_size(push_, valid_);
   narrow_ = settle_before(coupling.narrow_faces(), u_half, push_);
-}
-
-// Flow that the last solve has given faces and that u_half does not show: through narrow ones, and
-// with bodies.
-std::vector<FaceFlow> WaterStep::hidden_flow(const Coupling& coupling) const {
-  std::vector<FaceFlow> flow;
-  std::map<std::pair<int, std::size_t>, double> solved;
-  for (const NarrowFace& f : coupling.narrow_faces()) {
-    solved[{f.axis, f.face}] = f.after;
-    flow.push_back({f.axis, f.face, f.open * (f.after - u_half[f.axis][f.face])});
-  }
-  for (const Coupling::SlipFace& f : coupling.slip_faces()) {
-    const auto narrow = solved.find({f.axis, f.face});
-    const double u = narrow == solved.end() ? u_half[f.axis][f.face] : narrow->second;
-    flow.push_back({f.axis, f.face, f.s * (f.v - u)});
-  }
-  return flow;
+  for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
+  hidden_ = hidden_flow(coupling, u_half);
 }
 
 void WaterStep::let_flow(double dt, const Coupling& coupling) {
@@ -304,8 +324,8 @@ void WaterStep::let_flow(double dt, const Coupling& coupling) {
   make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
                            u_half);
   carry_residual(g, u_half, dt, fluid.phi, coupling.solids().cell, residual_);
-  outflow += take_outflow(g, u_half, dt, fluid.phi, coupling.open(), hidden_flow(coupling),
-                          open_side_, residual_);
+  outflow +=
+      take_outflow(g, u_half, dt, fluid.phi, coupling.open(), hidden_, open_side_, residual_);
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
@@ -336,6 +356,7 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
     release_spray(grid_, fluid.phi, fluid.u, solid_cells_, options_.particles_per_cell,
                   fluid.particles, residual_, fluid.spray);
   release_fragments(grid_, fluid.phi, fluid.u, solid, residual_, fluid.spray);
+  drop_remains(fluid.phi, grid_.dx, options_.gravity, solid, residual_);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
@@ -347,9 +368,11 @@ FreeSurface WaterStep::surface_now(double dt) const {
 }
 
 // What an acceleration is measured by that may be an impact's: gravity, or the mean that the
-// half-step solve gave the water.
+// half-step solve gave the water; without gravity twice that, which the ends of an oscillating drop
+// have.
 double WaterStep::usual_acceleration(double dt) const {
-  return std::max(options_.gravity.norm(), mean_push_ / (0.5 * dt));
+  const double mean = mean_push_ / (0.5 * dt), g = options_.gravity.norm();
+  return g > 0.0 ? std::max(g, mean) : 2.0 * mean;
 }
 
 void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
@@ -364,6 +387,8 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
     extrapolate(coupling, {&fluid.u});
   }
   narrow_ = settle_after(coupling.narrow_faces(), fluid.u);
+  for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
+  if (single()) hidden_ = hidden_flow(coupling, fluid.u);
 }
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
@@ -405,7 +430,9 @@ void WaterStep::visit_state(StateArchive& a) {
   grid_field(a, "water/u_half", u_half);
   grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
   grid_field(a, "water/push", push_);
-  if (single()) grid_field(a, "water/u_last", u_last_);
+  if (!single()) return;
+  grid_field(a, "water/u_last", u_last_);
+  visit_flow(a, hidden_);
 }
 
 void WaterStep::remember(Memory& now) const {

@@ -100,7 +100,6 @@ class WaterStep {
   double usual_acceleration(double dt) const;
   void damp_water(double dt, MacField& u) const;
   void slow_down(double dt, MacField& u) const;
-  std::vector<FaceFlow> hidden_flow(const Coupling& coupling) const;
   void move_spray(double dt, const Array3<double>& solid);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
 
@@ -113,6 +112,7 @@ class WaterStep {
                    // m/s, continued like the velocity
   Array3<double> held_, residual_;  // per cell, dx^3; see surface_refit.h
   SurfaceRefit refit_;
+  std::vector<FaceFlow> hidden_;       // of the last solve that gave u_half
   NarrowFlow narrow_;                  // of the last solve
   double mean_push_ = 0.0;             // of the last half-step solve, m/s
   MacField carrier_;                   // transporting velocity, m/s

@@ -73,8 +73,11 @@ class PressureGradient {
  public:
   PressureGradient(const Grid& grid, const PressureSystem& system, double scale,
                    const Array3<double>& solution, MacField& velocity,
-                   FaceField<unsigned char>& solved)
-      : g(grid), s(system), to_phi(scale), x(solution), u(velocity), valid(solved) {}
+                   FaceField<unsigned char>& solved, std::vector<std::vector<NarrowFace>>& planes)
+      : g(grid), s(system), to_phi(scale), x(solution), u(velocity), valid(solved), narrow(planes) {
+    narrow.resize(g.nz + 1);
+    for (std::vector<NarrowFace>& plane : narrow) plane.clear();
+  }
 
   // Row by row all three components, which read the same pressures.
   void apply() {
@@ -88,12 +91,11 @@ class PressureGradient {
   }
 
   // The narrow faces that were solved for.
-  std::vector<NarrowFace> narrow_faces() const {
-    std::vector<NarrowFace> all;
+  void collect_narrow(std::vector<NarrowFace>& all) const {
+    all.clear();
     for (const std::vector<NarrowFace>& plane : narrow)
       all.insert(all.end(), plane.begin(), plane.end());
     for (NarrowFace& f : all) f.after = u[f.axis][f.face];
-    return all;
   }
 
  private:
@@ -189,8 +191,7 @@ class PressureGradient {
   const Array3<CellKind>& kind = s.matrix.kind;
   const std::vector<CellKind> nothing = std::vector<CellKind>(g.nx, CellKind::kOutside);
   const std::vector<double> zero = std::vector<double>(g.nx, 0.0);
-  std::vector<std::vector<NarrowFace>> narrow =
-      std::vector<std::vector<NarrowFace>>(g.nz + 1);  // of each plane
+  std::vector<std::vector<NarrowFace>>& narrow;  // of each plane
 };
 
 // y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
@@ -286,9 +287,9 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     gained[b] = body.inverse_mass * f;
   }
   add_motion(operator_.rows(), gained, bodies);
-  PressureGradient gradient(g, s, to_phi, pressure, u, valid);
+  PressureGradient gradient(g, s, to_phi, pressure, u, valid, narrow_planes_);
   gradient.apply();
-  narrow_ = gradient.narrow_faces();
+  gradient.collect_narrow(narrow_);
   return report;
 }
 

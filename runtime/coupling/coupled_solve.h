@@ -45,6 +45,7 @@ class CoupledSolver {
   CoupledPcg pcg_;
   std::vector<double> rhs_;
   std::vector<NarrowFace> narrow_;
+  std::vector<std::vector<NarrowFace>> narrow_planes_;  // work space
 };
 
 /// Largest |sum sign w u - Fhat y| / dx over unknown cells, 1/s; `where`: its cell.

@@ -43,6 +43,19 @@ bool uncut(const Grid& g, const FaceField<double>& open, int axis, const Vec3i& 
   return true;
 }
 
+// What there is of the water on a face, in e: by what its cells hold where no solid cuts them.
+double face_share(const Grid& g, const PressureSystem& s, const Array3<double>* held, int axis,
+                  const Vec3i& above) {
+  const double e = s.matrix.w[axis](above[0], above[1], above[2]);
+  if (!held || e != 1.0 || above[axis] == 0 || above[axis] == g.size(axis))
+    return share(g, s, axis, above);
+  const Vec3i below = above - Vec3i::Unit(axis);
+  const double mean =
+      0.5 * ((*held)(above[0], above[1], above[2]) + (*held)(below[0], below[1], below[2]));
+  const bool known = mean == 0.0 || mean == 1.0 || uncut(g, *s.open, axis, above);
+  return known ? mean : share(g, s, axis, above);
+}
+
 // Adds the faces of component `axis` on the low sides of row (j, k) of cells.
 void add_row(const Grid& g, const PressureSystem& s, const Array3<double>* held, const MacField& u,
              int axis, int j, int k, Motion& sum) {
@@ -53,30 +66,35 @@ void add_row(const Grid& g, const PressureSystem& s, const Array3<double>* held,
   if (low == RowKind::kAir && high == RowKind::kAir && !held) return;
   const double *e = &s.matrix.w[axis](0, j, k), *v = &u[axis](0, j, k);
   const int count = u[axis].nx();
+  const int begin = axis == 0, end = count - (axis == 0);  // of an x row the ends have one cell
   RowSum row;
-  if (axis != 0 && low >= RowKind::kWater && high >= RowKind::kWater) {
+  const double* filled = nullptr;  // shares of faces whose cells are both full, or both empty
+  if (held && has_low && has_high) {
+    const double *above = &(*held)(0, j, k),
+                 *below = above - (axis == 0   ? 1
+                                   : axis == 1 ? g.nx
+                                               : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
+    int other = 0;
+#pragma omp simd reduction(| : other)
+    for (int i = begin; i < end; ++i)
+      other |= (above[i] != below[i]) | ((above[i] != 1.0) & (above[i] != 0.0)) | (e[i] != 1.0);
+    if (!other) filled = above;
+  }
+  const auto add = [&](int i) {
+    if (e[i] != 0.0) row.add(e[i] * face_share(g, s, held, axis, {i, j, k}), v[i], i);
+  };
+  if (filled) {
     double flux = 0.0, twice = 0.0, moment = 0.0;
 #pragma omp simd reduction(+ : flux, twice, moment)
-    for (int i = 0; i < count; ++i) {
-      const double p = e[i] * v[i];
+    for (int i = begin; i < end; ++i) {
+      const double p = filled[i] * v[i];
       flux += p, twice += p * v[i], moment += p * i;
     }
     row = {flux, twice, moment};
   } else {
-    for (int i = 0; i < count; ++i) {
-      if (e[i] == 0.0) continue;
-      const Vec3i above(i, j, k), below = above - Vec3i::Unit(axis);
-      double mass = e[i];
-      if (held && e[i] == 1.0 && above[axis] > 0 && above[axis] < g.size(axis)) {
-        mass = 0.5 * ((*held)(i, j, k) + (*held)(below[0], below[1], below[2]));
-        if (mass > 0.0 && mass < 1.0 && !uncut(g, *s.open, axis, above))
-          mass = share(g, s, axis, above);
-      } else {
-        mass *= share(g, s, axis, above);
-      }
-      row.add(mass, v[i], i);
-    }
+    for (int i = begin; i < end; ++i) add(i);
   }
+  if (axis == 0) add(0), add(count - 1);
   const Vec3 first = g.face_centre(axis, 0, j, k);
   sum.P[axis] += row.flux;
   sum.kinetic += 0.5 * row.twice;

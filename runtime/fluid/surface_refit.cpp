@@ -159,7 +159,7 @@ void SurfaceRefit::smooth(std::vector<double>& f, int passes, bool reversed) {
       const double* from = f.data();
       double* to = spare_.data();
 #pragma omp parallel for schedule(static) if (count > kParallelFrom)
-      for (int t = 0; t < count; ++t) to[t] = 0.5 * from[t] + 0.25 * (from[low[t]] + from[high[t]]);
+      for (int t = 0; t < count; ++t) to[t] = 0.75 * from[t] + 0.125 * (from[low[t]] + from[high[t]]);
       f.swap(spare_);
     }
 }

@@ -7,6 +7,7 @@
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/level_set.h"
 #include "runtime/fluid/sampling.h"
+#include "runtime/fluid/tricubic.h"
 
 namespace archetide {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 // Water that comes from farther above or below the surface than its way and this, cells, is all
 // water or all air.
 constexpr double kCut = 1.0;
-constexpr double kTimesPerCell = 4.0;  // that the wet share is asked, and at least twice
+constexpr double kTimesPerCell = 2.0;  // that the wet share is asked
 constexpr int kMostTimes = 64;
 
 // Flow through faces in cell volumes.
@@ -28,9 +29,7 @@ class Flow {
         open(w),
         open_side(sides),
         h(dt / grid.dx),
-        sampler(grid, velocity),
-        levels(level) {
-    for (int a = 0; a < 3; ++a) centres.set(a, g.size(a));
+        sampler(grid, velocity) {
     farthest = kCut + h * cfl_speed(u);
   }
 
@@ -72,20 +71,21 @@ class Flow {
     Axes x = {i + (axis == 0 ? 0.0 : 0.5), j + (axis == 1 ? 0.0 : 0.5), k + (axis == 2 ? 0.0 : 0.5),
               0.0};
     const double cells = h * std::abs(u[axis](i, j, k));
-    const int times = std::clamp(static_cast<int>(std::ceil(kTimesPerCell * cells)), 2, kMostTimes);
+    const int times = std::clamp(static_cast<int>(std::ceil(kTimesPerCell * cells)), 1, kMostTimes);
     double sum = 0.0;
     for (int t = 0; t < times; ++t) {
       Axes v, back;
       sampler.at(x, v);
       sampler.trace(x, v, -(t == 0 ? 0.5 : 1.0) * h / times, back);
       x = back;
-      sum += share_at(axis, x);
+      sum += share_at(axis, x, cells / times);
     }
     return sum / times;
   }
 
-  // Wet share of the unit square across `axis` about x.
-  double share_at(int axis, const Axes& x) const {
+  // Wet share of the box about x, one cell wide and `way` cells long along `axis`: what comes through
+  // a face meanwhile.
+  double share_at(int axis, const Axes& x, double way) const {
     double beyond = -INFINITY;  // outside an open side is air
     for (int side = 0; side < 6; ++side)
       if (open_side[side]) {
@@ -93,35 +93,12 @@ class Flow {
         beyond = std::max(beyond, side % 2 ? x[a] - g.size(a) : -x[a]);
       }
     if (beyond > 0.0) return 0.0;
-    Slot s[3];
-    centres.clamp(x - 0.5, s);
-    double c[8];
-    levels.corners(levels.base(s[0], s[1], s[2]), c);
-    const double value = trilinear(c, s) / g.dx;
-    double slope[2];
-    for (int n = 0; n < 2; ++n) slope[n] = std::abs(slope_along((axis + 1 + n) % 3, c, s)) / g.dx;
-    return square_share(value, slope[0], slope[1]);
-  }
-
-  static double trilinear(const double c[8], const Slot s[3]) {
-    double line[4];
-    for (int n = 0; n < 4; ++n) line[n] = c[2 * n] + s[0].f * (c[2 * n + 1] - c[2 * n]);
-    const double low = line[0] + s[1].f * (line[1] - line[0]),
-                 high = line[2] + s[1].f * (line[3] - line[2]);
-    return low + s[2].f * (high - low);
-  }
-
-  // Mean over the cell of the interpolation lattice of the difference along one axis: smooth where
-  // the gradient of the interpolation jumps is not needed.
-  static double slope_along(int axis, const double c[8], const Slot s[3]) {
-    const int step = 1 << axis, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
-    double sum = 0.0;
-    for (int n = 0; n < 4; ++n) {
-      const int corner = (n & 1) * (1 << p) + (n >> 1) * (1 << q);
-      const double weight = ((n & 1) ? s[p].f : 1.0 - s[p].f) * ((n >> 1) ? s[q].f : 1.0 - s[q].f);
-      sum += weight * (c[corner + step] - c[corner]);
-    }
-    return sum;
+    const double foot[3] = {x[0] - 0.5, x[1] - 0.5, x[2] - 0.5};
+    Vec3 slope;
+    const double value = tricubic(phi, foot, slope) / g.dx;
+    slope /= g.dx;
+    slope[axis] *= way;
+    return half_space_fraction(value, slope);
   }
 
   const Grid& g;
@@ -131,8 +108,6 @@ class Flow {
   const Sides& open_side;
   const double h;  // dt / dx, s/m
   MacSampler sampler;
-  Lattice levels;
-  LatticeEnds centres;
   double farthest = 0.0;  // from the surface that a face may be cut, cells
 };
 

@@ -274,7 +274,7 @@ TEST_F(FailedRun, LimitsNameTheCulpritAndReplayFromTheLastCheckpoint) {
   const CsvTable stats = read_csv(folder_ + "s/stats.csv");
   double early = 0.0, late = 0.0;
   for (std::size_t n = 0; n < stats.rows(); ++n) {
-    double& fastest = stats.column("t")[n] < 0.18 ? early : late;
+    double& fastest = stats.column("t")[n] < 0.1 ? early : late;
     fastest = std::max(fastest, stats.column("max_speed")[n]);
   }
   ASSERT_GT(late, 1.02 * early);

@@ -16,6 +16,13 @@ using test::sample_cells;
 using test::sample_faces;
 using test::unit_grid;
 
+Array3<double> prepared(const Grid& g, const Array3<double>& level) {
+  FluidState s;
+  s.phi = level;
+  prepare_surface(g, s, SurfaceOptions(), test::kNoSolid);
+  return s.phi;
+}
+
 // A level set, what cells hold and what they should hold beyond that.
 struct Water {
   Grid grid;
@@ -24,7 +31,7 @@ struct Water {
 
   Water(const Grid& g, const Array3<double>& level)
       : grid(g),
-        phi(level),
+        phi(prepared(g, level)),
         solid(g.nx, g.ny, g.nz, 0.0),
         held(g.nx, g.ny, g.nz, 0.0),
         residual(g.nx, g.ny, g.nz, 0.0) {
