@@ -251,7 +251,7 @@ double wet_fraction(const Grid& g, const Array3<double>& phi, int i, int j, int 
   const double* p = phi.data() + n;
   return half_space_fraction(
       value, Vec3(difference(p, 1, i, g.nx), difference(p, g.nx, j, g.ny),
-                   difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
+                  difference(p, static_cast<std::ptrdiff_t>(g.nx) * g.ny, k, g.nz)));
 }
 
 double water_volume(const Grid& g, const Array3<double>& phi,

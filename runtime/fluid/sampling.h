@@ -102,6 +102,21 @@ struct LatticeEnds {
   }
 };
 
+/// A cell-centred field at positions in cell units (0..nx, 0..ny, 0..nz), clamped at the boundary.
+struct CellSampler {
+  Lattice lattice;
+  LatticeEnds ends;
+
+  CellSampler(const Grid& g, const Array3<double>& field) : lattice(field) {
+    for (int a = 0; a < 3; ++a) ends.set(a, g.size(a));
+  }
+  double at(const Axes& x) const {
+    Slot s[3];
+    ends.clamp(x - 0.5, s);
+    return lattice.at(s[0], s[1], s[2]);
+  }
+};
+
 /// All components of a MAC field at positions in cell units (0..nx, 0..ny, 0..nz), clamped at the
 /// boundary.
 struct MacSampler {

@@ -18,6 +18,7 @@ constexpr double kDeep = 1e-3;       // residual deep in water that is carried, 
 constexpr double kStep = 0.1;        // dx, of the difference that the surface's area stems from
 constexpr double kLeastArea = 0.02;  // of surface in reach, dx^2, that residual is given to
 constexpr double kMostShift = 0.5;   // of a pass, dx
+constexpr double kWideFrom = 1e-3;   // dx^3, that is worth looking for surface farther away
 constexpr int kPasses = 4, kNear = 1, kWide = 6;  // times the kernel is applied
 
 }  // namespace
@@ -159,7 +160,8 @@ void SurfaceRefit::smooth(std::vector<double>& f, int passes, bool reversed) {
       const double* from = f.data();
       double* to = spare_.data();
 #pragma omp parallel for schedule(static) if (count > kParallelFrom)
-      for (int t = 0; t < count; ++t) to[t] = 0.75 * from[t] + 0.125 * (from[low[t]] + from[high[t]]);
+      for (int t = 0; t < count; ++t)
+        to[t] = 0.75 * from[t] + 0.125 * (from[low[t]] + from[high[t]]);
       f.swap(spare_);
     }
 }
@@ -219,12 +221,13 @@ double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
                            Array3<double>& residual) {
   double moved = 0.0;
   collect(g, open, phi, solid);
-  const auto any = [&] {
+  const auto any = [&](double least) {
     return std::any_of(cells_.begin(), cells_.end(),
-                       [&](int n) { return std::abs(residual[n]) > kNothing; });
+                       [&](int n) { return std::abs(residual[n]) > least; });
   };
-  for (int p = 0; p < kPasses && any(); ++p) moved += pass(g, solid, kNear, phi, held, residual);
-  if (any()) moved += pass(g, solid, kWide, phi, held, residual);
+  for (int p = 0; p < kPasses && any(kNothing); ++p)
+    moved += pass(g, solid, kNear, phi, held, residual);
+  if (any(kWideFrom)) moved += pass(g, solid, kWide, phi, held, residual);
   return moved * g.dx * g.dx * g.dx;
 }
 

@@ -29,7 +29,8 @@ class Flow {
         open(w),
         open_side(sides),
         h(dt / grid.dx),
-        sampler(grid, velocity) {
+        sampler(grid, velocity),
+        levels(grid, level) {
     farthest = kCut + h * cfl_speed(u);
   }
 
@@ -83,8 +84,8 @@ class Flow {
     return sum / times;
   }
 
-  // Wet share of the box about x, one cell wide and `way` cells long along `axis`: what comes through
-  // a face meanwhile.
+  // Wet share of the box about x, one cell wide and `way` cells long along `axis`: what comes
+  // through a face meanwhile.
   double share_at(int axis, const Axes& x, double way) const {
     double beyond = -INFINITY;  // outside an open side is air
     for (int side = 0; side < 6; ++side)
@@ -94,6 +95,9 @@ class Flow {
       }
     if (beyond > 0.0) return 0.0;
     const double foot[3] = {x[0] - 0.5, x[1] - 0.5, x[2] - 0.5};
+    constexpr double kFarthest = 1.2;  // from a surface that cuts the box, dx
+    const double about = levels.at(x) / g.dx;
+    if (std::abs(about) > kFarthest) return about < 0.0 ? 1.0 : 0.0;
     Vec3 slope;
     const double value = tricubic(phi, foot, slope) / g.dx;
     slope /= g.dx;
@@ -108,6 +112,7 @@ class Flow {
   const Sides& open_side;
   const double h;  // dt / dx, s/m
   MacSampler sampler;
+  CellSampler levels;
   double farthest = 0.0;  // from the surface that a face may be cut, cells
 };
 
