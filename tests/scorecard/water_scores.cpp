@@ -5,6 +5,7 @@
 #include "tests/scorecard/reference_data.h"
 #include "tests/scorecard/score.h"
 #include "tests/support/surface_cases.h"
+#include "tests/support/violent_cases.h"
 #include "tests/support/water_cases.h"
 
 namespace archetide {
@@ -224,6 +225,47 @@ std::vector<ScoreRow> column() {
   return rows;
 }
 
+// Asked for: all water to round-off, 1e-3 of it in sight at CFL 1 and 3e-3 at CFL 3, no energy out
+// of nothing, and no jet above 2.4 sqrt(2 g H).
+void add_violent_rows(const ViolentResult& r, const std::string& resolution, double cfl,
+                      double height, double cpu_seconds, std::vector<ScoreRow>& rows) {
+  const auto add = [&](const char* what, double value, double target) {
+    rows.push_back(score(what, resolution, value, 0.0, target, r.iterations));
+    rows.back().cpu_seconds = cpu_seconds;
+    cpu_seconds = 0.0;
+  };
+  add("all water, largest change", r.kept, 1e-10);
+  add("water in sight, largest change", r.shown, cfl < 2.0 ? 1e-3 : 3e-3);
+  add("rise of the energy", r.energy_rise, 0.02);
+  add("fastest water / 2.4 sqrt(2 g H)", r.speed / (2.4 * std::sqrt(2.0 * 9.81 * height)), 1.0);
+}
+
+std::vector<ScoreRow> collapses(const std::vector<int>& grids, double deep) {
+  std::vector<ScoreRow> rows;
+  for (const int n : grids)
+    for (const double cfl : {1.0, 3.0}) {
+      const CpuClock clock;
+      const ViolentResult r = collapse(n, cfl, deep);
+      char text[64];
+      std::snprintf(text, sizeof text, "%d cells a metre, CFL %g", n, cfl);
+      add_violent_rows(r, text, cfl, 1.0, clock.seconds(), rows);
+    }
+  return rows;
+}
+
+std::vector<ScoreRow> pools(int n) {
+  std::vector<ScoreRow> rows;
+  for (const double cfl : {1.0, 3.0}) {
+    const CpuClock clock;
+    const ViolentResult r = two_pools(n, cfl);
+    char text[64];
+    std::snprintf(text, sizeof text, "%d cells a metre, CFL %g", n, cfl);
+    add_violent_rows(r, text, cfl, 1.1, clock.seconds(), rows);
+    rows.push_back(score("change of the still pool", text, r.calm_level, 0.0, 1e-8, r.iterations));
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<ScoreCase> water_scores() {
@@ -258,7 +300,17 @@ std::vector<ScoreCase> water_scores() {
       {"enright", false, "sphere in the reversed deformation field [EMF02], T = 3; volume stays",
        enright},
       {"martin-moyce", true, "collapse of a column; experiment of Martin and Moyce 1952, n^2 = 2",
-       column}};
+       column},
+      {"collapse", true,
+       "column of 0.6 x 1 m in a closed tank of 2 x 1.5 m, a quarter of a metre deep, 1.5 s; laws",
+       [] { return collapses({16}, 0.25); }},
+      {"collapse-fine", false, "the same one metre deep on finer grids",
+       [] {
+         return collapses({32, 64}, 1.0);
+       }},
+      {"two-pools", false,
+       "a block of water falls into one of two pools that a wall parts, 1.5 s; laws",
+       [] { return pools(32); }}};
 }
 
 }  // namespace archetide
