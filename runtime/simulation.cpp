@@ -640,6 +640,10 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     r.volume_refitted = water.refitted;
     r.volume_residual = water.residual_volume();
     r.spray_volume = spray_volume(water.fluid.spray);
+    const SprayMotion drops = spray_motion(water.fluid.spray, options.gravity);
+    r.spray_kinetic = options.water_density * drops.kinetic;
+    r.spray_momentum = options.water_density * drops.momentum;
+    r.potential += options.water_density * drops.potential;
   }
   r.joint_drift = joint_drift(joints, bodies);
   r.held_bodies = guard.held();

@@ -63,8 +63,10 @@ struct StepReport {
   double volume_residual = 0.0;    // m^3, held by cells beyond what surface and drops show
   double volume_refitted = 0.0;    // m^3, that the surface gave or took back nearby since the start
   double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
-  double outflow_volume = 0.0;     // left through open sides of the tank since the start, m^3
-  Vec3 water_momentum = Vec3::Zero();          // kg m/s
+  double spray_kinetic = 0.0;      // J; their potential energy is part of `potential`
+  Vec3 spray_momentum = Vec3::Zero();  // kg m/s
+  double outflow_volume = 0.0;         // left through open sides of the tank since the start, m^3
+  Vec3 water_momentum = Vec3::Zero();  // kg m/s
   Vec3 water_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
   /// What moving the water through the grid has changed since the start, in momentum, angular
   /// momentum and kinetic energy: an error of the method, which a transport without one leaves at

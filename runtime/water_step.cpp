@@ -294,6 +294,7 @@ void WaterStep::advect_to_end(double dt) {
     advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
     add_push(push_, share, target_, u_star);
     damp_water(dt, u_star);
+    take_up_momentum(g, landings_, held_, u_star);
     copy_values(fluid.u, u_half);
     copy_values(u_star, push_);
     return;
@@ -304,6 +305,7 @@ void WaterStep::advect_to_end(double dt) {
   advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
   end_reflection(push_, usual, valid_, target_, u_half, u_star);
   damp_water(0.5 * dt, u_star);
+  take_up_momentum(g, landings_, held_, u_star);
 }
 
 void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
@@ -352,6 +354,7 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
   const SprayEnds ends = fly_spray(options_.grid, options_.open_side, options_.gravity, dt,
                                    fluid.phi, solid, residual_, fluid.spray);
   outflow += ends.left;
+  landings_ = ends.landings;
   if (options_.spray)
     release_spray(grid_, fluid.phi, fluid.u, solid_cells_, options_.particles_per_cell,
                   fluid.particles, residual_, fluid.spray);

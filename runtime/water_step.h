@@ -7,6 +7,7 @@
 #include "runtime/contact/keep_out.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
+#include "runtime/fluid/spray.h"
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/surface_refit.h"
 #include "runtime/fluid/volume_flux.h"
@@ -112,6 +113,7 @@ class WaterStep {
                    // m/s, continued like the velocity
   Array3<double> held_, residual_;  // per cell, dx^3; see surface_refit.h
   SurfaceRefit refit_;
+  std::vector<Landing> landings_;      // of this step
   std::vector<FaceFlow> hidden_;       // of the last solve that gave u_half
   NarrowFlow narrow_;                  // of the last solve
   double mean_push_ = 0.0;             // of the last half-step solve, m/s

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "runtime/fluid/cell_list.h"
+#include "runtime/fluid/sampling.h"
 
 namespace archetide {
 namespace {
@@ -123,6 +124,7 @@ SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravit
       const int cell = cell_of(fields, x);
       if (interpolate(fields, phi, x) < 0.0 && solid_fraction[cell] < kSolid) {
         ends.landed += spray.volume[t];
+        ends.landings.push_back({x, v, spray.volume[t]});
         residual[cell] += spray.volume[t] / (tank.dx * tank.dx * tank.dx);
         continue;
       }
@@ -136,6 +138,49 @@ SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravit
   }
   shorten(spray, kept);
   return ends;
+}
+
+void take_up_momentum(const Grid& g, const std::vector<Landing>& landings,
+                      const Array3<double>& held, MacField& u) {
+  constexpr double kLeast = 0.25;  // dx^3
+  for (const Landing& drop : landings) {
+    const double volume = drop.volume / (g.dx * g.dx * g.dx);
+    for (int axis = 0; axis < 3; ++axis) {
+      Array3<double>& faces = u[axis];
+      const double gain =
+          volume * (drop.velocity[axis] - interpolate_component(g, u, axis, drop.position));
+      const int size[3] = {faces.nx(), faces.ny(), faces.nz()};
+      Slot s[3];
+      for (int a = 0; a < 3; ++a)
+        s[a] = clamped_slot((drop.position[a] - g.origin[a]) / g.dx - (a == axis ? 0.0 : 0.5),
+                            size[a]);
+      for (int corner = 0; corner < 8; ++corner) {
+        double weight = 1.0;
+        Vec3i f;
+        for (int a = 0; a < 3; ++a) {
+          const int up = (corner >> a) & 1;
+          f[a] = std::min(s[a].i + up, size[a] - 1);
+          weight *= up ? s[a].f : 1.0 - s[a].f;
+        }
+        // Sides of the tank keep their velocity: what they get is the wall's.
+        if (weight == 0.0 || f[axis] == 0 || f[axis] == g.size(axis)) continue;
+        Vec3i below = f;
+        --below[axis];
+        const double mass = 0.5 * (held(f[0], f[1], f[2]) + held(below[0], below[1], below[2]));
+        faces(f[0], f[1], f[2]) += weight * gain / std::max(mass, kLeast);
+      }
+    }
+  }
+}
+
+SprayMotion spray_motion(const Spray& spray, const Vec3& gravity) {
+  SprayMotion sum;
+  for (std::size_t t = 0; t < spray.size(); ++t) {
+    sum.momentum += spray.volume[t] * spray.velocity[t];
+    sum.kinetic += 0.5 * spray.volume[t] * spray.velocity[t].squaredNorm();
+    sum.potential -= spray.volume[t] * gravity.dot(spray.position[t]);
+  }
+  return sum;
 }
 
 double spray_volume(const Spray& spray) {

@@ -228,6 +228,7 @@ double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
   for (int p = 0; p < kPasses && any(kNothing); ++p)
     moved += pass(g, solid, kNear, phi, held, residual);
   if (any(kWideFrom)) moved += pass(g, solid, kWide, phi, held, residual);
+  measure_held(g, phi, solid, held, residual);  // slopes beside the cells that moved are others
   return moved * g.dx * g.dx * g.dx;
 }
 

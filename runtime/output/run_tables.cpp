@@ -74,6 +74,10 @@ void StatsTable::write_header(const Profile& profile) {
                                     "transported_ly",
                                     "transported_lz",
                                     "transported_kinetic",
+                                    "spray_px",
+                                    "spray_py",
+                                    "spray_pz",
+                                    "spray_kinetic",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -97,11 +101,11 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.velocity.iterations).cell(s.position.iterations);
   csv_.cell(std::max(s.position.residual, s.velocity.residual)).cell(s.divergence);
   csv_.cell(s.water_volume);
-  cells(csv_, s.water_momentum + s.body_momentum);
+  cells(csv_, s.water_momentum + s.body_momentum + s.spray_momentum);
   cells(csv_, s.body_angular_momentum);
   cells(csv_, s.water_momentum);
   csv_.cell(s.water_kinetic).cell(s.body_kinetic).cell(s.body_elastic).cell(s.potential);
-  csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.potential);
+  csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.spray_kinetic + s.potential);
   csv_.cell(s.max_speed).cell(s.contacts);
   csv_.cell(s.joint_drift).cell(s.max_deformation);
   csv_.cell(0.0).cell(s.spray_volume).cell(s.outflow_volume);  // no correction is global
@@ -113,6 +117,8 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   cells(csv_, s.transported.P);
   cells(csv_, s.transported.L);
   csv_.cell(s.transported.kinetic);
+  cells(csv_, s.spray_momentum);
+  csv_.cell(s.spray_kinetic);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

@@ -102,5 +102,16 @@ TEST(Spray, MeetsTheSidesOfTheTankAndSolids) {
   EXPECT_NEAR(spray.velocity[0][2], 0.0, 1e-15);
 }
 
+// A drop joins water at rest: all its momentum is the water's.
+TEST(Spray, GivesItsMomentumToTheWater) {
+  const Grid g = unit_grid(8, 8, 8, 0.125);
+  const Array3<double> held(8, 8, 8, 1.0);
+  MacField u(g, 0.0);
+  const double volume = 0.3 * std::pow(g.dx, 3);
+  take_up_momentum(g, {{Vec3(0.47, 0.51, 0.33), Vec3(1.0, -2.0, -3.0), volume}}, held, u);
+  const double expected[3] = {0.3, -0.6, -0.9};
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(sum_by_plane(u[a]), expected[a], 1e-14);
+}
+
 }  // namespace
 }  // namespace archetide
