@@ -214,7 +214,8 @@ Keys coupling_keys() {
           {.path = "coupling.tolerance",
            .range = between(1e-14, 1e-2),
            .fallback = "1e-8",
-           .meaning = "relative residual of the coupled solve"},
+           .meaning = "relative residual of the coupled solve; one below round-off (some 1e-11) "
+                      "is met as far as round-off lets it"},
           {.path = "coupling.max_iterations",
            .type = kInteger,
            .range = between(1, 100000),
