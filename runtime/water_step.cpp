@@ -342,6 +342,7 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
   const bool particles = fluid.particles.size() > 0;
   const Array3<double> before = particles ? fluid.phi : Array3<double>();
   refitted += refit_.refit(g, solid, coupling.open(), fluid.phi, held_, residual_);
+  bring_to_surface(g, fluid.phi, options_.gravity, solid, residual_);
   if (particles) adjust_radii(g, fluid.phi, before, fluid.particles);
 }
 
@@ -359,7 +360,6 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
     release_spray(grid_, fluid.phi, fluid.u, solid_cells_, options_.particles_per_cell,
                   fluid.particles, residual_, fluid.spray);
   release_fragments(grid_, fluid.phi, fluid.u, solid, residual_, fluid.spray);
-  drop_remains(fluid.phi, grid_.dx, options_.gravity, solid, residual_);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.

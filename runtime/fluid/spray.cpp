@@ -74,27 +74,6 @@ void release_fragments(const Grid& g, const Array3<double>& phi, const MacField&
   }
 }
 
-void drop_remains(const Array3<double>& phi, double dx, const Vec3& gravity,
-                  const Array3<double>& solid_fraction, Array3<double>& residual) {
-  int axis = 0;
-  if (gravity.cwiseAbs().maxCoeff(&axis) == 0.0) return;
-  const bool up = gravity[axis] > 0.0;
-  std::vector<int> cells = collect_cells(residual, [&](int i, int j, int k, int n) {
-    if (residual[n] == 0.0 || phi[n] < kFarFromWater * dx) return false;
-    Vec3i to(i, j, k);
-    to[axis] += up ? 1 : -1;
-    return residual.contains(to[0], to[1], to[2]) && solid_fraction(to[0], to[1], to[2]) < kSolid;
-  });
-  const std::ptrdiff_t step = (up ? 1 : -1) * (axis == 0   ? 1
-                                               : axis == 1 ? residual.nx()
-                                                           : residual.nx() * residual.ny());
-  if (up) std::reverse(cells.begin(), cells.end());  // what falls is out of the way of the next
-  for (const int n : cells) {
-    residual[n + step] += residual[n];
-    residual[n] = 0.0;
-  }
-}
-
 SprayEnds fly_spray(const Grid& tank, const Sides& open_side, const Vec3& gravity, double dt,
                     const Array3<double>& phi, const Array3<double>& solid_fraction,
                     Array3<double>& residual, Spray& spray) {

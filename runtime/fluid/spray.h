@@ -24,11 +24,6 @@ void release_fragments(const Grid& g, const Array3<double>& phi, const MacField&
                        const Array3<double>& solid_fraction, Array3<double>& residual,
                        Spray& spray);
 
-/// What is less than that, or missing, falls by a cell, along the axis that gravity is nearest to,
-/// unless a solid is in the way.
-void drop_remains(const Array3<double>& phi, double dx, const Vec3& gravity,
-                  const Array3<double>& solid_fraction, Array3<double>& residual);
-
 /// A drop that has come to water.
 struct Landing {
   Vec3 position, velocity;  // m, m/s

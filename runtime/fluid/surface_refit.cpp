@@ -121,6 +121,31 @@ void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<do
     for (int m = 0; m < d.count; ++m) residual[d.cell[m]] += d.volume[m];
 }
 
+void bring_to_surface(const Grid& g, const Array3<double>& phi, const Vec3& gravity,
+                      const Array3<double>& solid, Array3<double>& residual) {
+  constexpr double kInAir = 3.0, kUnder = 1.5;  // from the surface, dx
+  int axis = 0;
+  if (gravity.cwiseAbs().maxCoeff(&axis) == 0.0) return;
+  const std::ptrdiff_t strides[3] = {1, g.nx, static_cast<std::ptrdiff_t>(g.nx) * g.ny};
+  for (const bool falls : {true, false}) {
+    const bool up = (gravity[axis] > 0.0) == falls;
+    std::vector<int> cells = collect_cells(residual, [&](int i, int j, int k, int n) {
+      const bool there = falls ? residual[n] != 0.0 && phi[n] >= kInAir * g.dx
+                               : std::abs(residual[n]) > kNothing && phi[n] <= -kUnder * g.dx;
+      if (!there) return false;
+      Vec3i to(i, j, k);
+      to[axis] += up ? 1 : -1;
+      return residual.contains(to[0], to[1], to[2]) &&
+             open_fraction(solid(to[0], to[1], to[2])) >= 0.5;
+    });
+    if (up) std::reverse(cells.begin(), cells.end());  // what moves is out of the way of the next
+    for (const int n : cells) {
+      residual[n + (up ? strides[axis] : -strides[axis])] += residual[n];
+      residual[n] = 0.0;
+    }
+  }
+}
+
 // The cells around the surface and through which of their faces they touch.
 void SurfaceRefit::collect(const Grid& g, const FaceField<double>& open, const Array3<double>& phi,
                            const Array3<double>& solid) {

@@ -21,6 +21,13 @@ void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>
 void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
                     const Array3<double>& solid, Array3<double>& residual);
 
+/// Residual out of the surface's reach comes nearer by a cell, along the axis that gravity is
+/// nearest to, unless a solid is in the way: what is left in the air falls; what is too much or too
+/// little in the water (the solve's tolerance, and what bodies sweep) and has not been taken up
+/// rises.
+void bring_to_surface(const Grid& g, const Array3<double>& phi, const Vec3& gravity,
+                      const Array3<double>& solid, Array3<double>& residual);
+
 /// Moves the surface where residual lies nearby, so that it takes it up: phi -= s, s the residual
 /// of the cells within 2 cells (what finds no surface there: 6 cells) over the area of the surface
 /// that shares it, both smoothed by the same symmetric kernel, so that nothing is lost. Goes
