@@ -2,8 +2,8 @@
 // balls, from numbers that a seed gives. What every one of them must obey is known.
 #include <random>
 
-#include "runtime/fluid/level_set.h"
 #include "tests/hard/hard_case.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -13,12 +13,6 @@ struct Outcome {
   double kept = 0.0, energy_rise = 0.0, speed = 0.0;  // of the water, of the first energy, of the
                                                       // fall: sqrt(2 g H)
 };
-
-double box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
-  const Vec3 out = (low - x).cwiseMax(x - high);
-  const double inside = out.maxCoeff();
-  return inside <= 0.0 ? inside : out.cwiseMax(0.0).norm();
-}
 
 class RandomScene {
  public:

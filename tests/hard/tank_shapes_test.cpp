@@ -50,14 +50,14 @@ TEST(SlowH03LargeSteps, DamBreakOverFiveBallsStaysInTheTank) {
 }
 
 // Thin jets of a dam break may outrun the step: no longer than the rest allows, fewer steps, and
-// the water stays.
+// the water stays. (Of 1e-4 of the faces nothing outruns it any more: 36 steps with and without.)
 TEST(H03LargeSteps, JetsThatOutrunTheStepAreSlowedDown) {
   int steps[2];
   for (const bool outrun : {false, true}) {
     SimulationOptions o = unit_tank(48);
     o.cfl = 3.0;
     o.tolerance = 1e-6;
-    o.outrun = outrun ? 1e-4 : 0.0;
+    o.outrun = outrun ? 1e-2 : 0.0;
     Simulation s(
         o, water_where(o.grid, [](const Vec3& x) { return std::max(x[0] - 0.4, x[2] - 0.6); }),
         {rigid_ball(0.1, 500.0, Vec3(0.7, 0.5, 0.1))}, {});
@@ -68,7 +68,7 @@ TEST(H03LargeSteps, JetsThatOutrunTheStepAreSlowedDown) {
       drift = std::max(drift, std::abs(r.accounted_volume() / first - 1.0));
       farthest = std::max(farthest, r.cfl);
     });
-    std::printf("%s: %d steps\n", outrun ? "all but 1e-4" : "all", steps[outrun]);
+    std::printf("%s: %d steps\n", outrun ? "all but 1e-2" : "all", steps[outrun]);
     expect_at_most("volume drift", drift, 0.02);
     if (outrun) expect_at_most("farthest way in a step, cells", farthest, 9.0 * (1.0 + 1e-12));
   }

@@ -10,13 +10,6 @@
 namespace archetide {
 namespace {
 
-// Signed distance to a box.
-double box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
-  const Vec3 out = (low - x).cwiseMax(x - high);
-  const double inside = out.maxCoeff();
-  return inside <= 0.0 ? inside : out.cwiseMax(0.0).norm();
-}
-
 SimulationOptions tank(int n, double cfl, double deep) {
   SimulationOptions o;
   o.grid = {2 * n, static_cast<int>(std::lround(deep * n)), 3 * n / 2, 1.0 / n, Vec3::Zero()};

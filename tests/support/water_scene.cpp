@@ -26,6 +26,12 @@ void set_velocity(const Grid& g, const std::function<Vec3(const Vec3&)>& v, Flui
           state.u[a](i, j, k) = v(g.face_centre(a, i, j, k))[a];
 }
 
+double box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
+  const Vec3 out = (low - x).cwiseMax(x - high);
+  const double inside = out.maxCoeff();
+  return inside <= 0.0 ? inside : out.cwiseMax(0.0).norm();
+}
+
 double water_height(const Grid& g, const Array3<double>& phi, double x, double y) {
   double height = 0.0, last = interpolate(g, phi, Vec3(x, y, g.low()[2] + 0.5 * g.dx));
   if (last >= 0.0) return 0.0;
