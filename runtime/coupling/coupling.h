@@ -107,7 +107,7 @@ class Coupling {
   /// Largest divergence that the last velocity stage, or a stage that failed, has left, 1/s.
   double last_divergence() const { return divergence_; }
   const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
-  /// Of the water, before and after the last velocity stage, both in the masses of that solve; what
+  /// Of the water, before and after the last velocity stage, in the masses of water_motion(); what
   /// moves with bodies (DualFace) is part of it.
   const Motion& motion_before() const { return before_; }
   const Motion& motion_after() const { return after_; }

@@ -236,13 +236,6 @@ double half_space_fraction(double value, const Vec3& m) {
   return fraction;
 }
 
-double square_share(double value, double a, double b) {
-  const double m1 = std::min(a, b), m2 = std::max(a, b), half = 0.5 * (m1 + m2);
-  if (value >= half) return 0.0;
-  if (value <= -half) return 1.0;
-  return square_fraction(half - value, m1, m2);
-}
-
 double wet_fraction(const Grid& g, const Array3<double>& phi, int i, int j, int k, std::size_t n,
                     double shift) {
   const double value = phi[n] + shift;

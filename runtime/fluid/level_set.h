@@ -30,9 +30,6 @@ inline double open_fraction(double solid_fraction) {
   return std::min(std::max(1.0 - solid_fraction, 0.0), 1.0);
 }
 
-/// Share of the unit square about 0 where value + a . x < 0, |a| = (a, b).
-double square_share(double value, double a, double b);
-
 /// Fraction of the unit cube about 0 where value + m . x < 0, exact to round-off for every m.
 double half_space_fraction(double value, const Vec3& m);
 

@@ -174,7 +174,7 @@ void SurfaceRefit::collect(const Grid& g, const FaceField<double>& open, const A
   }
 }
 
-// f: every cell gives a quarter to both sides, axis after axis, or in the reversed order.
+// f: every cell gives an eighth to both sides, axis after axis, or in the reversed order.
 void SurfaceRefit::smooth(std::vector<double>& f, int passes, bool reversed) {
   const int count = static_cast<int>(f.size());
   spare_.resize(count);
@@ -200,7 +200,7 @@ void SurfaceRefit::smooth_both(std::vector<double>& f, int passes) {
 double SurfaceRefit::pass(const Grid& g, const Array3<double>& solid, int passes,
                           Array3<double>& phi, Array3<double>& held, Array3<double>& residual) {
   const int count = static_cast<int>(cells_.size());
-  area_.assign(count, 0.0), share_.assign(count, 0.0);
+  share_.resize(count);
   std::vector<double> own(count);  // d held / d phi, per dx
   const double step = kStep * g.dx;
 #pragma omp parallel for schedule(static) if (count > kParallelFrom)
