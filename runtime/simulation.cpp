@@ -22,10 +22,6 @@
 namespace archetide {
 namespace {
 
-// How far back in the step, in steps, the bodies are read for their hydrostatic pressure: as for
-// the surface (WaterStep), but floating bodies are damped more.
-constexpr double kBodyReadBack = 0.4;
-
 WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   WallContactOptions w;
   w.low = o.grid.low();
@@ -338,7 +334,7 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
         guard.advance(static_cast<int>(b), bodies[b], motions[b], y[b], dt, stage[b].at.locked));
     held[b] = results[b].contacts;
     surface_points(bodies[b], mid);
-    for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kBodyReadBack * (before[v] - mid[v]);
+    for (std::size_t v = 0; v < mid.size(); ++v) mid[v] += kReadBack * (before[v] - mid[v]);
   }
   return true;
 }

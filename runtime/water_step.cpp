@@ -18,19 +18,6 @@
 namespace archetide {
 namespace {
 
-// How far back in the step, in steps, the surface is read for its hydrostatic pressure. 1/2 leaves
-// waves of every length and floating bodies undamped: a tank with bodies in it was still in violent
-// motion after 10 s, where real water has lost the energy in what the grid does not see. 1/2 - c
-// damps an oscillation of frequency w by c/2 (w dt)^2 a step: 2 % a period for a sloshing tank of
-// 64 cells at the largest step, 0.5 % at a quarter of it.
-constexpr double kReadBack = 0.47;
-
-// Chop, which breaking and the level set's errors feed and the grid does not resolve, is read back
-// less still, at a rate that belongs to the grid, not to the step: waves of 2, 4, 8 cells lose 43,
-// 18, 4 % of their height in a period. In sqrt(dx / g), the largest step. (When the rate fell with
-// the step, a ring bobbing at rest stirred a tank of 32^3 to 4 m/s in 20 s at a step of 5 ms.)
-constexpr double kChopDamping = 0.1;
-
 // The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
 // out fast, and water that comes there next takes the air's velocity. (A ring falling into a tub at
 // CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3. One bound for the whole tank, twice
@@ -365,9 +352,7 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
 FreeSurface WaterStep::surface_now(double dt) const {
   if (!present() || single()) return {&fluid.phi};
-  const double g = options_.gravity.norm();
-  const double chop = g > 0.0 ? kChopDamping * std::sqrt(grid_.dx / g) : 0.0;
-  return {&fluid.phi, &u_half, kReadBack * dt, chop, &push_, 0.5 * dt, usual_acceleration(dt)};
+  return {&fluid.phi, &u_half, kReadBack * dt, &push_, 0.5 * dt, usual_acceleration(dt)};
 }
 
 // What an acceleration is measured by that may be an impact's: gravity, or the mean that the

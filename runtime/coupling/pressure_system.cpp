@@ -48,44 +48,6 @@ double slope_towards(const Grid& g, const Array3<double>& phi, const Vec3i& c, i
   return 0.0;
 }
 
-// Points around a place along one axis and their shares.
-struct Shares {
-  int count;
-  int point[4];
-  double of[4];
-};
-
-// Of the value at s (points from the first of n), clamped to them; `filtered` by 1/4, 1/2, 1/4 over
-// one point to both sides.
-Shares shares_at(double s, int n, bool filtered) {
-  const double low = std::floor(s), f = s - low;
-  Shares shares = filtered
-                      ? Shares{4, {}, {0.25 * (1.0 - f), 0.5 - 0.25 * f, 0.25 + 0.25 * f, 0.25 * f}}
-                      : Shares{2, {}, {1.0 - f, f}};
-  const int first = static_cast<int>(low) - (filtered ? 1 : 0);
-  for (int p = 0; p < shares.count; ++p) shares.point[p] = std::clamp(first + p, 0, n - 1);
-  return shares;
-}
-
-// Carrier component `axis` at x, filtered along the two axes across `up`: nothing is left of waves
-// of two cells.
-double without_chop(const Grid& g, const MacField& carrier, int axis, int up, const Vec3& x) {
-  const Array3<double>& u = carrier[axis];
-  const int size[3] = {u.nx(), u.ny(), u.nz()};
-  Shares at[3];
-  for (int a = 0; a < 3; ++a)
-    at[a] = shares_at((x[a] - g.origin[a]) / g.dx - (a == axis ? 0.0 : 0.5), size[a], a != up);
-  double sum = 0.0;
-  for (int k = 0; k < at[2].count; ++k)
-    for (int j = 0; j < at[1].count; ++j) {
-      const double* row = &u(0, at[1].point[j], at[2].point[k]);
-      double line = 0.0;
-      for (int i = 0; i < at[0].count; ++i) line += at[0].of[i] * row[at[0].point[i]];
-      sum += at[2].of[k] * at[1].of[j] * line;
-    }
-  return sum;
-}
-
 // The interface carries grad p' times the way that it is moved back; where that is not the same all
 // around, it makes the next grad p', way / dx times the last one. Beyond this way, cells along an
 // axis, it is therefore less, as 1 / way: only thin jets go as far. (A ring falling into a tub of
@@ -97,8 +59,6 @@ constexpr double kFarthestPush = 1.0;
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x) {
   if (!surface.carrier) return 0.0;
-  int up = 0;
-  gravity.cwiseAbs().maxCoeff(&up);
   double sum = 0.0, pushed = 0.0, farthest = 0.0, square = 0.0;  // square: of grad p' / rho
   for (int axis = 0; axis < 3; ++axis) {
     if (gravity[axis] == 0.0 && !surface.push) continue;
@@ -111,9 +71,6 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
     }
     if (gravity[axis] == 0.0) continue;
     sum += gravity[axis] * way;
-    if (surface.chop_damping > 0.0)
-      sum -= gravity[axis] * surface.chop_damping *
-             (u - without_chop(g, *surface.carrier, axis, up, x));
   }
   // (Water falling between two pools: a face beside a partition drove itself from 14 to 240 m/s in
   // 12 steps.)

@@ -503,8 +503,8 @@ TEST(H36ManySteps, RingAndWaterStayStill) { expect_ring_stays_still(100); }
 TEST(SlowH36ManySteps, RingAndWaterStayStillForTenThousandSteps) { expect_ring_stays_still(10000); }
 
 // Let go half a cell too low it bobs, and waves run through the tank for long, but they lose
-// energy: the largest kinetic energy after 10 s is 0.33 and 0.49 times that before, 1.1 J (steps of
-// 10 and 5 ms). When the damping of chop fell with the step they gained: up to 2 and 5.2 times.
+// energy: the largest kinetic energy after 10 s is 0.27 and 0.24 times that before (steps of 10 and
+// 5 ms).
 void expect_ring_stirs_nothing(double dt, double end) {
   Simulation s = floating_ring(0.47);
   double first = 0.0, drift = 0.0, early = 0.0, late = 0.0;

@@ -43,6 +43,29 @@ std::vector<ScoreRow> momentum() {
   return rows;
 }
 
+// Released from rest in deep, unbounded water [Maskell and Ursell 1970; Hulme 1982 for the sphere]:
+// -0.8671 of its first height after 3.099 sqrt(a / g), 0.6345 after 6.184.
+std::vector<ScoreRow> heave(int cells, const std::vector<double>& shares, double target) {
+  constexpr double kTime[2] = {3.0991, 6.184}, kHeight[2] = {-0.86712, 0.6345};
+  std::vector<ScoreRow> rows;
+  for (const double share : shares) {
+    const CpuClock clock;
+    const Heave h = heaving_sphere(cells, share);
+    char at[64];
+    std::snprintf(at, sizeof at, "%d cells per radius, %g of the step", cells, share);
+    for (int n = 0; n < 2; ++n) {
+      const std::string which = n == 0 ? "first" : "second";
+      rows.push_back(
+          score(which + " extremum, height", at, h.height[n], kHeight[n], target, h.iterations));
+      rows.push_back(
+          score(which + " extremum, time", at, h.time[n], kTime[n], target, h.iterations));
+    }
+    for (std::size_t n = rows.size() - 4; n < rows.size(); ++n)
+      rows[n].cpu_seconds = clock.seconds();
+  }
+  return rows;
+}
+
 std::vector<ScoreRow> stiff() {
   std::vector<ScoreRow> rows;
   for (const double omega : {1e3, 1e5, 1e7})
@@ -81,6 +104,12 @@ std::vector<ScoreCase> coupled_scores() {
           {"drafts-fine", false, "the same at three density ratios",
            [] {
              return drafts({4, 8}, {0.3, 0.5, 0.8});
+           }},
+          {"heave", true, "half-immersed sphere let go; linear theory in deep water",
+           [] { return heave(4, {0.5}, 0.015); }},
+          {"heave-fine", false, "the same at 8 cells per radius",
+           [] {
+             return heave(8, {1.0, 0.5, 0.25}, 0.015);
            }},
           {"closed-tank-momentum", true,
            "sphere thrown through a full, closed, weightless tank; the volume's centre stays",

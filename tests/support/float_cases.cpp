@@ -53,6 +53,40 @@ FloatResult floating_sphere(int cells_per_radius, double ratio, double end) {
   return result;
 }
 
+Heave heaving_sphere(int cells_per_radius, double share) {
+  constexpr double kRadius = 0.2, kRaised = 0.05;  // m; radii
+  SimulationOptions o;
+  const int across = 24 * cells_per_radius;
+  o.grid = {across, across, 14 * cells_per_radius, kRadius / cells_per_radius, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  o.max_dt = 1.0;
+  const double g = o.gravity.norm(), beat = std::sqrt(kRadius / g), level = 12.0 * kRadius;
+  ReducedBody body =
+      make_body(rigid_surface_archetype(volume_true_sphere(4, kRadius), 0.5 * kWater), 0);
+  body.position =
+      Vec3(0.503 * across * o.grid.dx, 0.496 * across * o.grid.dx, level + kRaised * kRadius);
+  Simulation simulation(o, water_to(o.grid, level), {body}, {});
+  Heave result;
+  const double dt = share * simulation.stable_dt();
+  std::vector<double> z = {1.0, 1.0};  // two places before and now; at rest before it is let go
+  int found = 0;
+  while (found < 2 && simulation.time() < 8.0 * beat) {
+    const StepReport r = simulation.step(dt);
+    ++result.steps, result.iterations = most_iterations(r, result.iterations);
+    const double now = (simulation.bodies()[0].position[2] - level) / (kRaised * kRadius);
+    const double before = z[0], middle = z[1];
+    if (result.steps > 1 && (now - middle) * (middle - before) <= 0.0) {  // vertex of a parabola
+      const double bend = 0.5 * (now - 2.0 * middle + before), slope = 0.5 * (now - before);
+      const double at = -0.5 * slope / bend;
+      result.time[found] = (r.t - dt + at * dt) / beat;
+      result.height[found++] = middle + 0.5 * slope * at;
+    }
+    z = {middle, now};
+  }
+  return result;
+}
+
 TankMomentum closed_tank_momentum(int cells_per_radius) {
   SimulationOptions o;
   const int n = 5 * cells_per_radius;

@@ -14,6 +14,17 @@ struct FloatResult {
 /// tenth of its radius above its floating height; followed for `end` s.
 FloatResult floating_sphere(int cells_per_radius, double density_ratio, double end);
 
+struct Heave {
+  double time[2] = {0.0, 0.0};    // of the first two extrema, sqrt(radius / g)
+  double height[2] = {0.0, 0.0};  // over the floating height, in the height it was let go from
+  int steps = 0, iterations = 0;
+};
+/// A half-immersed sphere let go a twentieth of its radius above its floating height in still
+/// water, 24 radii wide and 12 deep (half of that: the second extremum 4 % higher), until its
+/// second extremum (before its waves come back). Steps of `share` of the step that the simulation
+/// chooses.
+Heave heaving_sphere(int cells_per_radius, double share);
+
 struct TankMomentum {
   double worst = 0.0;  // |P_water + rho V v| / (rho V |v|) over the run
   int iterations = 0;
