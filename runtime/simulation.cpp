@@ -9,6 +9,7 @@
 #include "common/input_error.h"
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/body_state.h"
+#include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/take_back.h"
 #include "runtime/contact/wall_contact.h"
@@ -137,8 +138,8 @@ struct Simulation::Impl {
   std::vector<ReducedBody> half_way;  // as the water meets them in the position stage
   std::vector<ReducedBody> seen;      // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
-  double actuation_work = 0.0;      // J
-  Motion transported, last_motion;  // since the start; of the water after the last step
+  double actuation_work = 0.0;  // J
+  BudgetKeeper budget;
   Profile profile;
 
   Impl(SimulationOptions o, FluidState initial, std::vector<ReducedBody> b,
@@ -175,6 +176,8 @@ struct Simulation::Impl {
   void predict_positions(double dt, std::vector<Configuration>& middle);
   void correct_positions(double dt, const std::vector<ReducedBody>& start);
   bool resolve_contact(double dt, StepReport& report);
+  bool resolve_contacts(double dt, StepReport& report);
+  double energy_of_bodies() const;
   bool advance_velocities(double dt, const std::vector<Configuration>& middle,
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
@@ -187,6 +190,7 @@ struct Simulation::Impl {
   void visit_state(StateArchive& a);
   void visit_seen(StateArchive& a);
   void carry_markers(double dt);
+  void end_budget(double dt, const SprayMotion& drops);
   void fill_report(double dt, StepReport& report);
   SimulationFailure failure(double dt, const StepReport& report) const;
 };
@@ -231,12 +235,7 @@ void Simulation::Impl::visit_state(StateArchive& a) {
   a.field("last_dt", water.last_dt);
   a.field("step_count", step_count);
   a.field("actuation_work", actuation_work);
-  for (Motion* m : {&transported, &last_motion}) {
-    const std::string name = m == &transported ? "transported" : "last_motion";
-    a.field(name + "/P", m->P);
-    a.field(name + "/L", m->L);
-    a.field(name + "/kinetic", m->kinetic);
-  }
+  budget.visit_state(a);
   std::size_t present = bodies.size();
   a.field("present", present);
   if (present < bodies.size() || present > bodies.size() + waiting.size())
@@ -484,8 +483,21 @@ bool Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
   return report.halvings >= kMostHalvings || !between->sank(ahead, p);
 }
 
-// Between the stages: bodies against the walls on x^{n+1} and v^n.
+// Between the stages: what bodies touch on x^{n+1} and v^n.
 bool Simulation::Impl::resolve_contact(double dt, StepReport& report) {
+  const double before = energy_of_bodies();
+  const bool apart = resolve_contacts(dt, report);
+  budget.add_contact_energy(energy_of_bodies() - before);
+  return apart;
+}
+
+double Simulation::Impl::energy_of_bodies() const {
+  double sum = 0.0;
+  for (const ReducedBody& body : bodies) sum += kinetic_energy(body) + elastic_energy(body);
+  return sum;
+}
+
+bool Simulation::Impl::resolve_contacts(double dt, StepReport& report) {
   if (between) {
     ScopedTimer timer(profile, "contact");
     return resolve_body_contact(dt, report);
@@ -584,6 +596,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
       actuation_work += dt * drive[b].dot(went ? middle[b].q_dot : mean);
     }
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
+    budget.add_water_impulse(results[b].water_impulse.head<3>());
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
   }
@@ -596,6 +609,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
 
 bool Simulation::Impl::attempt(double dt, StepReport& report) {
   guard.start_step();
+  budget.start_attempt(bodies);
   open_joint = -1;
   std::vector<Configuration> middle;
   std::vector<std::vector<Vec3>> read_points;
@@ -618,6 +632,19 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   return true;
 }
 
+void Simulation::Impl::end_budget(double dt, const SprayMotion& drops) {
+  const double density = options.water_density;
+  const WaterMoment inside = water_moment(water.grid(), water.held());
+  BudgetKeeper::End end;
+  end.before = coupling.motion_before(), end.after = coupling.motion_after();
+  end.drops = {density * drops.momentum, density * drops.angular_momentum, density * drops.kinetic};
+  end.solids = coupling.solid_impulse(), end.hydrostatic = coupling.hydrostatic_impulse();
+  end.water_mass = density * inside.volume, end.water_moment = density * inside.moment;
+  end.drop_mass = density * spray_volume(water.fluid.spray);
+  end.drop_moment = density * drops.moment;
+  budget.end_step(dt, options.gravity, bodies, end);
+}
+
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
   ScopedTimer timer(profile, "statistics");
   r.t = water.fluid.time;
@@ -629,9 +656,6 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
   }
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
-    if (step_count > 1) transported += coupling.motion_before() - last_motion;
-    last_motion = coupling.motion_after();
-    r.transported = transported;
     r.outflow_volume = water.outflow;
     r.volume_refitted = water.refitted;
     r.volume_residual = water.residual_volume();
@@ -640,6 +664,8 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     r.spray_kinetic = options.water_density * drops.kinetic;
     r.spray_momentum = options.water_density * drops.momentum;
     r.potential += options.water_density * drops.potential;
+    end_budget(dt, drops);
+    r.budget = budget.total();
   }
   r.joint_drift = joint_drift(joints, bodies);
   r.held_bodies = guard.held();

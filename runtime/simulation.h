@@ -8,6 +8,7 @@
 #include "common/state_file.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
+#include "runtime/budget.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/damping.h"
 #include "runtime/fluid/fluid_state.h"
@@ -68,12 +69,9 @@ struct StepReport {
   double outflow_volume = 0.0;         // left through open sides of the tank since the start, m^3
   Vec3 water_momentum = Vec3::Zero();  // kg m/s
   Vec3 water_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
-  /// What moving the water through the grid has changed since the start, in momentum, angular
-  /// momentum and kinetic energy: an error of the method, which a transport without one leaves at
-  /// 0.
-  Motion transported;
-  Vec3 body_momentum = Vec3::Zero();          // sum of P, kg m/s
-  Vec3 body_angular_momentum = Vec3::Zero();  // sum of L + t x P, kg m^2/s
+  Budget budget;                               // where momentum and energy came from and went to
+  Vec3 body_momentum = Vec3::Zero();           // sum of P, kg m/s
+  Vec3 body_angular_momentum = Vec3::Zero();   // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
   double actuation_work = 0.0;  // of all actuators since the start, J
   double max_speed = 0.0;       // m/s, water and bodies

@@ -66,7 +66,8 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   r.water_momentum = motion.P;
   r.water_angular_momentum = motion.L;
   r.water_kinetic = motion.kinetic;
-  for (int a = 0; a < 3; ++a) r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
+  for (int a = 0; a < 3; ++a)
+    r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
   const double mass = o.water_density * g.dx * g.dx * g.dx;
   const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> potential(g.nz, 0.0);
@@ -99,6 +100,25 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
                               (moment * o.gravity[0] + off) * g.dx);
     }
   for (double p : potential) r.potential += p;
+}
+
+WaterMoment water_moment(const Grid& g, const Array3<double>& held) {
+  std::vector<WaterMoment> planes(g.nz);
+#pragma omp parallel for schedule(static, 1)
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j) {
+      const double* row = &held(0, j, k);
+      double sum = 0.0, moment = 0.0;
+#pragma omp simd reduction(+ : sum, moment)
+      for (int i = 0; i < g.nx; ++i) sum += row[i], moment += i * row[i];
+      planes[k].volume += sum;
+      planes[k].moment += sum * g.cell_centre(0, j, k) + g.dx * moment * Vec3::UnitX();
+    }
+  WaterMoment total;
+  for (const WaterMoment& plane : planes)
+    total.volume += plane.volume, total.moment += plane.moment;
+  const double cell = g.dx * g.dx * g.dx;
+  return {cell * total.volume, cell * total.moment};
 }
 
 double largest_surface_speed(const ReducedBody& body) {

@@ -12,6 +12,14 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 void add_water_statistics(const SimulationOptions& options, const Grid& grid,
                           const FluidState& fluid, const Coupling& coupling, StepReport& report);
 
+/// Volume of the water that cells hold (dx^3), m^3, and its first moment about the origin, m^4, of
+/// a cell's water at its centre.
+struct WaterMoment {
+  double volume = 0.0;
+  Vec3 moment = Vec3::Zero();
+};
+WaterMoment water_moment(const Grid& grid, const Array3<double>& held);
+
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);
 

@@ -398,7 +398,18 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     set_constraint_faces(coupled, u);
     collect_slip(coupled);
   }
-  if (last) after_ = water_motion(g, system_, held, u);
+  if (last) {
+    after_ = water_motion(g, system_, held, u);
+    const PressureImpulses pushes =
+        pressure_impulses(g, system_, dt, last_pressure(stage), coupled);
+    solid_impulse_ = pushes.solids;
+    hydrostatic_impulse_ = pushes.surface;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      VecX given = dt * hydro[b];
+      if (!displaced.empty()) given += displaced[b];
+      hydrostatic_impulse_ += impulse_at(surfaces_[b].centre, given.head<3>(), given.segment<3>(3));
+    }
+  }
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
   // with it, walls, contacts and joints. Without water these last are known as impulses, equal and

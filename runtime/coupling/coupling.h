@@ -11,6 +11,7 @@
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
+#include "runtime/coupling/impulses.h"
 #include "runtime/coupling/voxel_faces.h"
 #include "runtime/coupling/wall_faces.h"
 #include "runtime/coupling/water_motion.h"
@@ -111,6 +112,11 @@ class Coupling {
   /// moves with bodies (DualFace) is part of it.
   const Motion& motion_before() const { return before_; }
   const Motion& motion_after() const { return after_; }
+  /// Of the last velocity stage: impulses on water and bodies together from the walls and obstacles
+  /// by p', and from gravity by the hydrostatic part of the pressure (on the surface and on the
+  /// bodies), without the weight of the bodies.
+  const Impulse& solid_impulse() const { return solid_impulse_; }
+  const Impulse& hydrostatic_impulse() const { return hydrostatic_impulse_; }
   /// Wall seconds that contacts between bodies took in the last couple().
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
@@ -169,6 +175,7 @@ class Coupling {
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();
   Motion before_, after_;
+  Impulse solid_impulse_, hydrostatic_impulse_;
   double contact_seconds_ = 0.0;
 };
 

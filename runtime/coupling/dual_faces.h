@@ -13,9 +13,9 @@ constexpr double kSliver = 1e-9;
 
 /// Kinetic energy of the water in the dual cell of a face beside a solid (volumes in dx^3; a: axis
 /// of the face, u: its velocity, w: its open fraction, y: the body's generalised velocity, v = V +
-/// S x: the potential flow inside the body that y goes with, InnerFlow):
-///     2 T / (rho dx^3) = e u^2 + s (v_a)^2 + s ((S x)_a)^2 + (V - w) (Q y)^2,   flux = e u + s
-///     v_a, s = kappa dx A / 20,   e = w - s .
+/// S x + T x x: the potential flow inside the body that y goes with, InnerFlow):
+///     2 T / (rho dx^3) = e u^2 + s v_a^2 + s (S x)_a^2 + 2 s (T x x)_a^2 + (V - w) (Q y)^2,
+///     flux = e u + s v_a,   s = kappa dx A / 20,   e = w - s .
 /// V is the volume of water in the dual cell. w alone measures it by the midpoint rule, which errs
 /// by up to dx^2/6 of the slope's jump where a wall crosses the grid lines at right angles; there
 /// the water moves with the wall, at Q y. Where walls are oblique the errors cancel along the wall.
@@ -24,9 +24,10 @@ constexpr double kSliver = 1e-9;
 /// any orientation. Around a body that is dx^2/20 of the surface integral of kappa |slip|^2 (slip:
 /// jump from v to the water's velocity) and, where v is not uniform, of 2 (S n) . slip less the
 /// integral of S : S inside (harmonic phi, Green's identity), together as much as kappa |S x|^2 for
-/// a sphere of whatever S. By this the added mass is too small; water of mass s that moves at v
-/// makes up for it. (A sphere of 4 cells radius that changes its shape at degree 2: 6 % of the
-/// added mass, 2.6 % of it when water moved with translations alone.)
+/// a sphere of whatever S, kappa (n - 1) |v_n|^2 for the part of degree n of v. By this the added
+/// mass is too small; water of mass s that moves at v makes up for it. (A sphere of 4 cells radius
+/// that changes its shape at degree 2: 6 % of the added mass, 2.6 % of it when water moved with
+/// translations alone.)
 struct DualFace {
   int axis;
   Vec3i face;        // index of the MAC face
@@ -51,8 +52,8 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
                       std::vector<DualFace>& faces, FaceField<double>& weight);
 
 /// Adds the flux s v_a to F and returns the mass of the water that moves with the body, sum rho
-/// dx^3 (s v_a^2 + s (S x)_a^2 + (V - w) (Q y)^2), (6 + r) x (6 + r), kg. Symmetric; V - w has
-/// either sign.
+/// dx^3 (s v_a^2 + s (S x + sqrt(2) T x x)_a^2 + (V - w) (Q y)^2), (6 + r) x (6 + r), kg.
+/// Symmetric; V - w has either sign.
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
                    const PlacedInnerFlow& inner, BodyFlux& flux);
 

@@ -20,9 +20,9 @@ struct Hydrostatics {
 
 /// How far back in the step, in steps, surface and bodies are read for their hydrostatic pressure.
 /// 1/2 leaves oscillations undamped, 1/2 - c takes c/2 (w dt)^2 of one of frequency w in a step: of
-/// the sloshing of a tank of 64 cells 0.7 % a period at the largest step, of waves of two cells 1.6
+/// the sloshing of a tank of 64 cells 0.3 % a period at the largest step, of waves of two cells 0.8
 /// % a step.
-constexpr double kReadBack = 0.49;
+constexpr double kReadBack = 0.495;
 
 /// The free surface as the pressure sees it. The interface may be read earlier in the step: its
 /// points are moved back by shift * carrier (half a step makes the restoring force second order in

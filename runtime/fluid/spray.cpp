@@ -156,6 +156,8 @@ SprayMotion spray_motion(const Spray& spray, const Vec3& gravity) {
   SprayMotion sum;
   for (std::size_t t = 0; t < spray.size(); ++t) {
     sum.momentum += spray.volume[t] * spray.velocity[t];
+    sum.angular_momentum += spray.volume[t] * spray.position[t].cross(spray.velocity[t]);
+    sum.moment += spray.volume[t] * spray.position[t];
     sum.kinetic += 0.5 * spray.volume[t] * spray.velocity[t].squaredNorm();
     sum.potential -= spray.volume[t] * gravity.dot(spray.position[t]);
   }

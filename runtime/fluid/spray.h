@@ -55,7 +55,8 @@ double spray_volume(const Spray& spray);
 /// Kinetic and potential energy over the density, and momentum over it, m^5/s^2 and m^4/s.
 struct SprayMotion {
   double kinetic = 0.0, potential = 0.0;
-  Vec3 momentum = Vec3::Zero();
+  Vec3 momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();
+  Vec3 moment = Vec3::Zero();  // sum of volume times place, m^4
 };
 SprayMotion spray_motion(const Spray& spray, const Vec3& gravity);
 

@@ -78,6 +78,22 @@ void StatsTable::write_header(const Profile& profile) {
                                     "spray_py",
                                     "spray_pz",
                                     "spray_kinetic",
+                                    "solid_px",
+                                    "solid_py",
+                                    "solid_pz",
+                                    "solid_lx",
+                                    "solid_ly",
+                                    "solid_lz",
+                                    "weight_px",
+                                    "weight_py",
+                                    "weight_pz",
+                                    "weight_lx",
+                                    "weight_ly",
+                                    "weight_lz",
+                                    "contact_px",
+                                    "contact_py",
+                                    "contact_pz",
+                                    "contact_energy",
                                     "seconds"};
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
@@ -114,11 +130,14 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);
   csv_.cell(s.volume_residual).cell(s.volume_refitted);
   cells(csv_, s.water_angular_momentum);
-  cells(csv_, s.transported.P);
-  cells(csv_, s.transported.L);
-  csv_.cell(s.transported.kinetic);
+  cells(csv_, s.budget.transported.P);
+  cells(csv_, s.budget.transported.L);
+  csv_.cell(s.budget.transported.kinetic);
   cells(csv_, s.spray_momentum);
   csv_.cell(s.spray_kinetic);
+  for (const Impulse& i : {s.budget.solids, s.budget.weight}) cells(csv_, i.P), cells(csv_, i.L);
+  cells(csv_, s.budget.contact);
+  csv_.cell(s.budget.contact_energy);
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

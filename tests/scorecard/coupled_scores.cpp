@@ -2,6 +2,7 @@
 
 #include "tests/scorecard/reference_data.h"
 #include "tests/scorecard/score.h"
+#include "tests/support/conservation_cases.h"
 #include "tests/support/float_cases.h"
 #include "tests/support/float_draft.h"
 
@@ -66,6 +67,32 @@ std::vector<ScoreRow> heave(int cells, const std::vector<double>& shares, double
   return rows;
 }
 
+// Nothing acts on water and body together. Asked for: momentum within 0.1 %, energy within 1 %.
+std::vector<ScoreRow> conservation(const std::string& name, const std::string& resolution,
+                                   const ConservationResult& r, bool momentum) {
+  std::vector<ScoreRow> rows;
+  if (momentum) {
+    rows.push_back(score(name + ", momentum change", resolution, r.momentum, 0.0, 1e-3));
+    rows.push_back(
+        score(name + ", angular momentum change", resolution, r.angular_momentum, 0.0, 1e-3));
+  }
+  rows.push_back(score(name + ", energy left", resolution, r.energy, 1.0, 0.01, r.iterations));
+  rows.push_back(score(name + ", of it lost to transport", resolution, r.transport, 0.0, 0.01));
+  return rows;
+}
+
+std::vector<ScoreRow> conservations(const std::vector<int>& resolutions) {
+  std::vector<ScoreRow> rows;
+  for (const int n : resolutions) {
+    const std::string resolution = std::to_string(n) + "^3";
+    for (const ScoreRow& row : conservation("blob", resolution, drifting_blob(n), true))
+      rows.push_back(row);
+    for (const ScoreRow& row : conservation("ring", resolution, ringing_ring(n), false))
+      rows.push_back(row);
+  }
+  return rows;
+}
+
 std::vector<ScoreRow> stiff() {
   std::vector<ScoreRow> rows;
   for (const double omega : {1e3, 1e5, 1e7})
@@ -110,6 +137,11 @@ std::vector<ScoreCase> coupled_scores() {
           {"heave-fine", false, "the same at 8 cells per radius",
            [] {
              return heave(8, {1.0, 0.5, 0.25}, 0.015);
+           }},
+          {"conservation", false,
+           "soft ball in a drifting ball of water; soft ring in a closed tank; no gravity, 1 s",
+           [] {
+             return conservations({32, 48});
            }},
           {"closed-tank-momentum", true,
            "sphere thrown through a full, closed, weightless tank; the volume's centre stays",
