@@ -94,10 +94,10 @@ InnerFlow inner_flow(const Archetype& a) {
     }
   }
   // A thin body leaves terms open: the smallest do.
-  const MatX best = A.completeOrthogonalDecomposition().solve(b);
+  const auto decomposed = A.completeOrthogonalDecomposition();
   InnerFlow flow;
   for (int d = 0; d < 3 + r; ++d) {
-    const Flow f = best.col(d);
+    const Flow f = decomposed.solve(b.col(d));  // one by one: not the bits of how many there are
     flow.V.push_back(f.head<3>());
     flow.S.push_back(strain_of(f) / size);
     InnerFlow::Cubic T = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
