@@ -11,6 +11,7 @@
 #include "common/check.h"
 #include "precompute/build.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/ringing.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
 #include "tests/unit/precompute/wet_sphere.h"
@@ -79,24 +80,6 @@ WetMode wet_mode(const Archetype& a, int degree, double omega) {
   return mode;
 }
 
-// Amplitudes at the turning points (parabola through three steps) and times of the zeros, steps.
-struct Trace {
-  std::vector<double> peaks, zeros;
-};
-Trace trace_of(const std::vector<double>& c) {
-  Trace t{{std::abs(c[0])}, {}};
-  for (std::size_t n = 1; n < c.size(); ++n)
-    if (c[n - 1] * c[n] < 0.0)
-      t.zeros.push_back(static_cast<double>(n) - 1.0 + c[n - 1] / (c[n - 1] - c[n]));
-  for (std::size_t n = 1; n + 1 < c.size(); ++n) {
-    const double before = std::abs(c[n - 1]), here = std::abs(c[n]), after = std::abs(c[n + 1]);
-    if (here < before || here <= after) continue;
-    const double slope = 0.5 * (after - before), bend = after + before - 2.0 * here;
-    t.peaks.push_back(here - slope * slope / (2.0 * bend));
-  }
-  return t;
-}
-
 }  // namespace
 
 std::shared_ptr<const Archetype> soft_sphere(int tets) {
@@ -149,12 +132,10 @@ Ringing ring_in_water(const std::shared_ptr<const Archetype>& sphere, const Ring
     amplitude.push_back(mode.reader.dot(s.bodies()[0].q));
     r.iterations = std::max({r.iterations, report.position.iterations, report.velocity.iterations});
   }
-  const Trace t = trace_of(amplitude);
-  const double half = (t.zeros.back() - t.zeros.front()) / static_cast<double>(t.zeros.size() - 1);
+  const RingingRate rate = ringing_rate(amplitude);
   const double trapezoid = 2.0 / dt * std::atan(0.5 * omega * dt);
-  r.frequency = std::numbers::pi / (half * dt) / trapezoid - 1.0;
-  r.amplitude =
-      std::pow(t.peaks.back() / t.peaks[0], 2.0 / static_cast<double>(t.peaks.size() - 1)) - 1.0;
+  r.frequency = rate.omega_dt / dt / trapezoid - 1.0;
+  r.amplitude = rate.amplitude;
   return r;
 }
 
