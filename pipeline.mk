@@ -27,7 +27,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check hard demo bodies runs report scorecard list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard demo bodies runs report scorecard list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -66,6 +66,11 @@ build: deps
 check: deps
 	$(call archetide_compile)
 	OMP_WAIT_POLICY=passive ctest --test-dir $(BUILD) -L fast --output-on-failure -j$(JOBS)
+
+# All that CI leaves out, hours: slow tests (random scenes, validation) and every row of the scorecard.
+nightly: check
+	OMP_WAIT_POLICY=passive ctest --test-dir $(BUILD) -L slow --output-on-failure -j$(JOBS)
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
 
 # Archetypes and runs need the programs to exist; they do not grow stale because a program is newer.
 $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
@@ -118,7 +123,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check hard demo bodies scorecard list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D)
@@ -248,4 +253,5 @@ help:
 	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
 	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
+	@echo '  nightly      check, every slow test and the whole scorecard; takes hours'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

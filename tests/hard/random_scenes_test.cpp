@@ -1,5 +1,6 @@
-// Violent scenes that nobody has chosen: boxes of water that fall and collapse around obstacles and
-// balls, from numbers that a seed gives. What every one of them must obey is known.
+// Violent scenes that nobody has chosen: boxes of water that fall, collapse and stream around
+// obstacles and balls, some through open sides, from numbers that a seed gives. What every one of
+// them must obey is known.
 #include <random>
 
 #include "tests/hard/hard_case.h"
@@ -43,21 +44,27 @@ class RandomScene {
       default:
         add_balls();
     }
+    if (chance(0.25))
+      for (int a = 0; a < 3; ++a) stream_[a] = within(-2.0, 2.0);
+    if (chance(0.15)) options_.open_side[pick(4)] = true;  // of x or y
   }
 
   Outcome run(double end) const {
-    Simulation s(options_,
-                 water_where(options_.grid,
-                             [&](const Vec3& x) {
-                               double nearest = INFINITY;
-                               for (const auto& [low, high] : boxes_)
-                                 nearest = std::min(nearest, box_distance(x, low, high));
-                               return nearest;
-                             }),
-                 balls_, obstacles_);
+    FluidState initial = water_where(options_.grid, [&](const Vec3& x) {
+      double nearest = INFINITY;
+      for (const auto& [low, high] : boxes_)
+        nearest = std::min(nearest, box_distance(x, low, high));
+      return nearest;
+    });
+    const auto& [low, high] = boxes_.back();  // streams, the rest is still
+    const auto stream = [&](const Vec3& x) -> Vec3 {
+      return box_distance(x, low, high) < 0.0 ? stream_ : Vec3::Zero();
+    };
+    set_velocity(options_.grid, stream, initial);
+    Simulation s(options_, initial, balls_, obstacles_);
     Outcome result;
     double first = 0.0, energy = 0.0;
-    const double fall = std::sqrt(2.0 * 9.81 * top_);
+    const double fall = std::sqrt(2.0 * 9.81 * top_ + stream_.squaredNorm());
     while (s.time() < end) {
       const StepReport r = s.step(std::min(s.stable_dt(), 0.0416));
       const double water = r.accounted_volume() + r.volume_residual,
@@ -113,6 +120,7 @@ class RandomScene {
   SimulationOptions options_;
   Vec3 size_;
   double top_ = 0.0;
+  Vec3 stream_ = Vec3::Zero();  // m/s
   std::vector<std::pair<Vec3, Vec3>> boxes_;
   std::vector<TriMesh> obstacles_;
   std::vector<ReducedBody> balls_;
@@ -120,7 +128,7 @@ class RandomScene {
 
 // Known miss: no rise of the energy above 0.5 % is asked for. `most` is the largest that is
 // measured, `more` how many scenes have more than 0.5 %: sheets below a cell.
-// `fastest`: 4 is asked for.
+// `fastest`: 4 is asked for, of the speed that height and stream give.
 void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most,
                 double fastest) {
   int rising = 0;
@@ -140,7 +148,7 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
   expect_at_most("scenes whose energy rises by more than 0.5 %", rising, more);
 }
 
-TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 12, 20, 0.8, 3, 0.03, 4.0); }  // 2 scenes, 1.5 %
+TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 10, 0.03, 4.0); }
 // Measured: 47 scenes, 7.3 %, one as fast as 4.41 (known miss), water kept to 6e-15.
 TEST(SlowRandomScenes, ObeyTheLaws) { run_scenes(1000, 200, 32, 1.5, 60, 0.1, 5.0); }
 

@@ -103,7 +103,7 @@ ConservationResult drifting_blob(int n) {
   return watch(s, 1.0);
 }
 
-ConservationResult ringing_ring(int n) {
+ConservationResult ringing_ring(int n, double bent) {
   SimulationOptions o = weightless_tank(n);
   o.max_dt = 0.02;
   ReducedBody ring =
@@ -112,7 +112,7 @@ ConservationResult ringing_ring(int n) {
         return Vec3(0.0, 0.0, x.head<2>().squaredNorm() * std::cos(2.0 * about));
       });
   ring.position = Vec3(0.5, 0.49, 0.51);
-  bend(0.05, ring);
+  bend(bent, ring);
   Simulation s(o, water_to(o.grid, INFINITY), {ring}, {});
   return watch(s, 1.0);
 }

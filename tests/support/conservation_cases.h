@@ -18,8 +18,8 @@ struct ConservationResult {
 /// go squeezed. n^3 cells, 1 s.
 ConservationResult drifting_blob(int n);
 
-/// A soft ring (0.25 and 0.08 m, half the water's density) let go bent in a closed, full,
-/// weightless tank of 1 m. n^3 cells, 1 s.
-ConservationResult ringing_ring(int n);
+/// A soft ring (0.25 and 0.08 m, half the water's density) let go bent by so much, m, in a closed,
+/// full, weightless tank of 1 m. n^3 cells, 1 s.
+ConservationResult ringing_ring(int n, double bent);
 
 }  // namespace archetide
