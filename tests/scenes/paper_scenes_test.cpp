@@ -78,7 +78,7 @@ double mean_of_last(const std::vector<double>& values, std::size_t count) {
 TEST_P(PaperScenes, RunsCoarse) {
   const CoarseScene scene(GetParam());
   ASSERT_EQ(scene.build(), 0);
-  ASSERT_EQ(scene.run(" --set fluid.particles=absent --set coupling.tolerance=1e-5"), 0);
+  ASSERT_EQ(scene.run(" --set coupling.tolerance=1e-5"), 0);
   const CsvTable stats = scene.table("stats.csv");
   const double dx = 1.0 / std::stod(GetParam().cell.substr(2));
   const auto penetration = stats.column("max_penetration");
