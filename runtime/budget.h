@@ -10,13 +10,24 @@
 namespace archetide {
 
 /// Where momentum and energy of water, drops and bodies come from and go to, since the start (of
-/// the first step's end on): P = P(0) + solids.P + weight.P + contact + transported.P.
+/// the first step's end on):
+///   P, L   = those of the start + solids + weight + contact + transported + unmatched
+///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
+///            of actuators
 struct Budget {
-  Motion transported;  // what moving the water through the grid, and fluid.drag, has changed
-  Impulse solids;      // of the pressure on the tank's sides and the obstacles, hydrostatic as well
-  Impulse weight;      // of gravity on water, drops and bodies
-  Vec3 contact = Vec3::Zero();  // of contacts and joints with what stands still, N s
+  // what moving the water through the grid has changed (P and L: with fluid.drag and step.outrun),
+  // and moving the bodies (L = x times P)
+  Motion transported;
+  Impulse solids;     // of the pressure on the tank's sides and the obstacles, hydrostatic as well
+  Impulse weight;     // of gravity on water, drops and bodies
+  Impulse contact;    // of contacts and joints with what stands still
+  Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
+  double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J
+  double slowed_energy = 0.0;   // that step.outrun has taken (<= 0), J
+  double held_energy = 0.0;     // taken from modes of bodies that were held (<= 0), J
+  // the coupled solves, with the potential energy that the surface's way has changed: 0 if exact, J
+  double solved_energy = 0.0;
 
   Budget& operator+=(const Budget& step);
   void visit_state(StateArchive& a);
@@ -27,17 +38,22 @@ class BudgetKeeper {
  public:
   void start_attempt(const std::vector<ReducedBody>& bodies);
   void add_contact_energy(double joules) { step_.contact_energy += joules; }
-  /// Impulse of the water on a body in the velocity stage, N s.
-  void add_water_impulse(const Vec3& P) { from_water_ += P; }
+  /// Of a body that appears.
+  void add_appearing_energy(double joules) { last_energy_ += joules; }
+  void add_held_energy(double joules) { step_.held_energy += joules; }
+  /// Of the water on a body in the velocity stage.
+  void add_water_impulse(const Impulse& given) { from_water_ += given; }
 
   /// What a step of dt leaves: motion of the water before and after its velocity stage and of the
-  /// drops, p' of solids, hydrostatic impulse (Coupling), mass of the water (kg) and its first
-  /// moment (kg m), and mass of the drops.
+  /// drops, impulses of that stage (Coupling), mass of the water (kg) and its first moment (kg m),
+  /// and mass of the drops; energy of everything, work of the actuators since the start and what
+  /// drag and step.outrun took in this step, J.
   struct End {
     Motion before, after, drops;
-    Impulse solids, hydrostatic;
+    Impulse solids, hydrostatic, unmatched;
     double water_mass = 0.0, drop_mass = 0.0;
     Vec3 water_moment = Vec3::Zero(), drop_moment = Vec3::Zero();
+    double energy = 0.0, work = 0.0, drag_energy = 0.0, slowed_energy = 0.0;
   };
   void end_step(double dt, const Vec3& gravity, const std::vector<ReducedBody>& bodies,
                 const End& end);
@@ -46,11 +62,16 @@ class BudgetKeeper {
   void visit_state(StateArchive& a);
 
  private:
+  void end_bodies(double dt, const Vec3& gravity, const std::vector<ReducedBody>& bodies);
+
   Budget total_, step_;
-  Motion last_;                      // water and drops after the last step
-  double last_drops_ = 0.0;          // kg
-  Vec3 last_moment_ = Vec3::Zero();  // kg m, of the drops
-  Vec3 bodies_before_ = Vec3::Zero(), from_water_ = Vec3::Zero();  // N s
+  Motion last_;                                 // water and drops after the last step
+  double last_drops_ = 0.0;                     // kg
+  Vec3 last_moment_ = Vec3::Zero();             // kg m, of the drops
+  double last_energy_ = 0.0, last_work_ = 0.0;  // J
+  std::vector<Impulse> bodies_before_;          // P and L of each, about its own centre ..
+  std::vector<Vec3> places_before_;             // .. which is here, m
+  Impulse from_water_;
   bool started_ = false;
 };
 

@@ -190,7 +190,8 @@ struct Simulation::Impl {
   void visit_state(StateArchive& a);
   void visit_seen(StateArchive& a);
   void carry_markers(double dt);
-  void end_budget(double dt, const SprayMotion& drops);
+  void stop_held();
+  void add_water_budget(const SprayMotion& drops, BudgetKeeper::End& end) const;
   void fill_report(double dt, StepReport& report);
   SimulationFailure failure(double dt, const StepReport& report) const;
 };
@@ -199,7 +200,11 @@ struct Simulation::Impl {
 void Simulation::Impl::admit_bodies() {
   constexpr double kSameTime = 1e-9;  // s
   std::size_t n = 0;
-  while (n < waiting.size() && release[n] <= water.fluid.time + kSameTime) ++n;
+  while (n < waiting.size() && release[n] <= water.fluid.time + kSameTime) {
+    const ReducedBody& body = waiting[n++];
+    budget.add_appearing_energy(kinetic_energy(body) + elastic_energy(body) -
+                                body_mass(body) * options.gravity.dot(body.position));
+  }
   if (n > 0) admit(n);
 }
 
@@ -596,7 +601,8 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
       actuation_work += dt * drive[b].dot(went ? middle[b].q_dot : mean);
     }
     accept_velocity(bodies[b], results[b].y, results[b].delta_P, results[b].delta_L);
-    budget.add_water_impulse(results[b].water_impulse.head<3>());
+    budget.add_water_impulse(impulse_at(bodies[b].position, results[b].water_impulse.head<3>(),
+                                        results[b].water_impulse.segment<3>(3)));
     water_impulse[b] += results[b].water_impulse.head<3>();
     water_angular_impulse[b] += results[b].water_impulse.segment<3>(3);
   }
@@ -618,7 +624,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
     if (broken_body(bodies) >= 0) return false;
     if (!resolve_contact(dt, report)) return false;
     if (!advance_velocities(dt, middle, read_points, report)) return false;
-    guard.stop_held(bodies, options.modal.mass);
+    stop_held();
     return true;
   }
   const std::vector<ReducedBody> start = bodies;
@@ -628,21 +634,29 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   if (!advance_velocities(dt, middle, read_points, report)) return false;
   seen = bodies;
   correct_positions(dt, start);
-  guard.stop_held(bodies, options.modal.mass);
+  stop_held();
   return true;
 }
 
-void Simulation::Impl::end_budget(double dt, const SprayMotion& drops) {
+void Simulation::Impl::stop_held() {
+  if (guard.held().empty()) return;
+  const double before = energy_of_bodies();
+  guard.stop_held(bodies, options.modal.mass);
+  budget.add_held_energy(energy_of_bodies() - before);
+}
+
+// What the columns of the budget need of the water.
+void Simulation::Impl::add_water_budget(const SprayMotion& drops, BudgetKeeper::End& end) const {
   const double density = options.water_density;
   const WaterMoment inside = water_moment(water.grid(), water.held());
-  BudgetKeeper::End end;
   end.before = coupling.motion_before(), end.after = coupling.motion_after();
   end.drops = {density * drops.momentum, density * drops.angular_momentum, density * drops.kinetic};
   end.solids = coupling.solid_impulse(), end.hydrostatic = coupling.hydrostatic_impulse();
   end.water_mass = density * inside.volume, end.water_moment = density * inside.moment;
   end.drop_mass = density * spray_volume(water.fluid.spray);
   end.drop_moment = density * drops.moment;
-  budget.end_step(dt, options.gravity, bodies, end);
+  end.unmatched = coupling.unmatched_impulse();
+  end.drag_energy = water.drag_energy(), end.slowed_energy = water.slowed_energy();
 }
 
 void Simulation::Impl::fill_report(double dt, StepReport& r) {
@@ -654,6 +668,7 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     add_body_statistics(b, options.gravity, r);
     r.max_speed = std::max(r.max_speed, largest_surface_speed(b));
   }
+  BudgetKeeper::End end;
   if (water.present()) {
     add_water_statistics(options, water.grid(), water.fluid, coupling, r);
     r.outflow_volume = water.outflow;
@@ -663,10 +678,14 @@ void Simulation::Impl::fill_report(double dt, StepReport& r) {
     const SprayMotion drops = spray_motion(water.fluid.spray, options.gravity);
     r.spray_kinetic = options.water_density * drops.kinetic;
     r.spray_momentum = options.water_density * drops.momentum;
+    r.spray_angular_momentum = options.water_density * drops.angular_momentum;
     r.potential += options.water_density * drops.potential;
-    end_budget(dt, drops);
-    r.budget = budget.total();
+    r.water_kinetic += water.slowed_energy();
+    add_water_budget(drops, end);
   }
+  end.energy = r.energy(), end.work = actuation_work;
+  budget.end_step(dt, options.gravity, bodies, end);
+  r.budget = budget.total();
   r.joint_drift = joint_drift(joints, bodies);
   r.held_bodies = guard.held();
   r.actuation_work = actuation_work;

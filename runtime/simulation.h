@@ -65,7 +65,8 @@ struct StepReport {
   double volume_refitted = 0.0;    // m^3, that the surface gave or took back nearby since the start
   double spray_volume = 0.0;       // of drops in the air, m^3; not part of water_volume
   double spray_kinetic = 0.0;      // J; their potential energy is part of `potential`
-  Vec3 spray_momentum = Vec3::Zero();  // kg m/s
+  Vec3 spray_momentum = Vec3::Zero();          // kg m/s
+  Vec3 spray_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
   double outflow_volume = 0.0;         // left through open sides of the tank since the start, m^3
   Vec3 water_momentum = Vec3::Zero();  // kg m/s
   Vec3 water_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
@@ -82,6 +83,10 @@ struct StepReport {
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
   std::vector<int> held_bodies;  // whose modes were stopped before an element turned inside out
 
+  /// Of water, drops and bodies, J.
+  double energy() const {
+    return water_kinetic + body_kinetic + body_elastic + spray_kinetic + potential;
+  }
   /// Water in the tank, in the air and gone through its open sides, m^3: it should not drift.
   double accounted_volume() const { return water_volume + spray_volume + outflow_volume; }
 };

@@ -238,17 +238,23 @@ void WaterStep::extrapolate(const Coupling& coupling, const std::vector<MacField
   }
 }
 
-// Beside the advection, on the same faces.
-void WaterStep::damp_water(double dt, MacField& u) const {
-  if (options_.damping.any()) damp(grid_, options_.damping, dt, target_, u);
+// Beside the advection, on the same faces. Returns what it takes, J.
+double WaterStep::damp_water(double dt, MacField& u) const {
+  if (!options_.damping.any()) return 0.0;
+  return options_.water_density * damp(grid_, options_.damping, dt, target_, held_, u);
 }
 
-// Water that outruns the step, to the farthest that a step can carry. (Jets that cross 24 cells a
-// step, slope after slope, gain a tenth of their speed in each.)
+// The farthest that a step can carry, m/s. (Jets that cross 24 cells a step, slope after slope,
+// gain a tenth of their speed in each.)
+double WaterStep::most_speed(double dt) const {
+  const double cells = std::max(options_.cfl, std::min(3.0 * options_.cfl, 10.0));
+  return cells * grid_.dx / dt;
+}
+
+// Water that outruns the step.
 void WaterStep::slow_down(double dt, MacField& u) const {
   if (options_.outrun == 0.0) return;
-  const double cells = std::max(options_.cfl, std::min(3.0 * options_.cfl, 10.0));
-  const double most = cells * grid_.dx / dt;
+  const double most = most_speed(dt);
   for (Array3<double>& axis : u.axis) {
 #pragma omp parallel for simd schedule(static)
     for (std::size_t n = 0; n < axis.size(); ++n)
@@ -280,7 +286,7 @@ void WaterStep::advect_to_end(double dt) {
     add_push(push_, -share, valid_, u_half);
     advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
     add_push(push_, share, target_, u_star);
-    damp_water(dt, u_star);
+    drag_energy_ = -damp_water(dt, u_star);
     take_up_momentum(g, landings_, held_, u_star);
     copy_values(fluid.u, u_half);
     copy_values(u_star, push_);
@@ -291,7 +297,7 @@ void WaterStep::advect_to_end(double dt) {
   start_reflection(fluid.u, 0.5, push_, usual, valid_, u_half, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
   end_reflection(push_, usual, valid_, target_, u_half, u_star);
-  damp_water(0.5 * dt, u_star);
+  drag_energy_ = -2.0 * damp_water(0.5 * dt, u_star);  // the first half's is like it
   take_up_momentum(g, landings_, held_, u_star);
 }
 
@@ -365,8 +371,11 @@ double WaterStep::usual_acceleration(double dt) const {
 
 void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   std::swap(fluid.u, u_star);
-  slow_down(dt, fluid.u);
   copy_values(coupling.valid(), valid_);
+  if (options_.outrun > 0.0)
+    slowed_energy_ =
+        -energy_above(grid_, coupling.system(), held_, valid_, most_speed(dt), fluid.u);
+  slow_down(dt, fluid.u);
   if (single()) {
     add_narrow_flow(narrow_, coupling.open(), push_);
     subtract_solved(fluid.u, valid_, push_);

@@ -66,6 +66,9 @@ class WaterStep {
   /// Water that neither the surface nor drops show, m^3 (negative: shown twice); see
   /// surface_refit.h.
   double residual_volume() const;
+  /// What fluid.drag and beaches, and step.outrun, took from the water in this step (<= 0), J.
+  double drag_energy() const { return drag_energy_; }
+  double slowed_energy() const { return slowed_energy_; }
   /// What the surface shows in each cell, dx^3.
   const Array3<double>& held() const { return held_; }
   /// What narrow faces carry into the next solve beside u_half or u_star.
@@ -99,7 +102,8 @@ class WaterStep {
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);
   double usual_acceleration(double dt) const;
-  void damp_water(double dt, MacField& u) const;
+  double damp_water(double dt, MacField& u) const;
+  double most_speed(double dt) const;
   void slow_down(double dt, MacField& u) const;
   void move_spray(double dt, const Array3<double>& solid);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
@@ -113,10 +117,11 @@ class WaterStep {
                    // m/s, continued like the velocity
   Array3<double> held_, residual_;  // per cell, dx^3; see surface_refit.h
   SurfaceRefit refit_;
-  std::vector<Landing> landings_;      // of this step
-  std::vector<FaceFlow> hidden_;       // of the last solve that gave u_half
-  NarrowFlow narrow_;                  // of the last solve
-  double mean_push_ = 0.0;             // of the last half-step solve, m/s
+  std::vector<Landing> landings_;  // of this step
+  std::vector<FaceFlow> hidden_;   // of the last solve that gave u_half
+  NarrowFlow narrow_;              // of the last solve
+  double mean_push_ = 0.0;         // of the last half-step solve, m/s
+  double drag_energy_ = 0.0, slowed_energy_ = 0.0;
   MacField carrier_;                   // transporting velocity, m/s
   MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
   std::unique_ptr<KeepOut> keep_out_;  // null: no markers

@@ -307,10 +307,32 @@ void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, Mac
 }
 
 // Of the water that moves with a body at y.
-Motion Coupling::carried_motion(std::size_t b, const VecX& y) const {
+WaterMotion Coupling::carried_motion(std::size_t b, const VecX& y) const {
   const VecX momentum = carried_[b] * y;
   const Vec3 P = momentum.head<3>();
-  return {P, momentum.segment<3>(3) + surfaces_[b].centre.cross(P), 0.5 * momentum.dot(y)};
+  const Motion motion = {P, momentum.segment<3>(3) + surfaces_[b].centre.cross(P),
+                         0.5 * momentum.dot(y)};
+  return {motion, motion};
+}
+
+// Impulses of the velocity stage, for the budget; `hydrostatic`: on each body, 6 + r, N s.
+void Coupling::measure_impulses(double dt, const std::vector<CoupledBody>& coupled,
+                                const std::vector<VecX>& hydrostatic) {
+  const PressureImpulses pushes =
+      pressure_impulses(options_.grid, system_, dt, last_pressure(Stage::kVelocityFull), coupled);
+  solid_impulse_ = pushes.solids;
+  hydrostatic_impulse_ = pushes.surface;
+  const WaterMotion gained = after_ - before_;
+  const Motion beyond = gained.held - gained.solved;
+  unmatched_impulse_ = {beyond.P, beyond.L};
+  unmatched_impulse_ += pushes.bodies;
+  for (std::size_t b = 0; b < coupled.size(); ++b) {
+    const auto on_body = [&](const VecX& given) {
+      return impulse_at(surfaces_[b].centre, given.head<3>(), given.segment<3>(3));
+    };
+    hydrostatic_impulse_ += on_body(hydrostatic[b]);
+    unmatched_impulse_ += on_body(coupled[b].impulse);
+  }
 }
 
 void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
@@ -400,15 +422,14 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   }
   if (last) {
     after_ = water_motion(g, system_, held, u);
-    const PressureImpulses pushes =
-        pressure_impulses(g, system_, dt, last_pressure(stage), coupled);
-    solid_impulse_ = pushes.solids;
-    hydrostatic_impulse_ = pushes.surface;
+    if (options_.geometry == Geometry::kCutCell)
+      for (std::size_t b = 0; b < bodies.size(); ++b) after_ += carried_motion(b, coupled[b].y);
+    std::vector<VecX> still;  // without p'
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      VecX given = dt * hydro[b];
-      if (!displaced.empty()) given += displaced[b];
-      hydrostatic_impulse_ += impulse_at(surfaces_[b].centre, given.head<3>(), given.segment<3>(3));
+      still.push_back(dt * hydro[b]);
+      if (!displaced.empty()) still[b] += displaced[b];
     }
+    measure_impulses(dt, coupled, still);
   }
 
   // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
@@ -419,7 +440,6 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     out.y = coupled[b].y;
     if (wet() && options_.geometry == Geometry::kCutCell) {
       const VecX momentum = carried_[b] * out.y;
-      if (last) after_ += carried_motion(b, out.y);
       out.water_impulse -= momentum - carried_[b] * carried_velocity_[b];
     }
     if (stage == Stage::kVelocityFull && report.converged) carried_velocity_[b] = out.y;

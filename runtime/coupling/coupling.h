@@ -108,15 +108,19 @@ class Coupling {
   /// Largest divergence that the last velocity stage, or a stage that failed, has left, 1/s.
   double last_divergence() const { return divergence_; }
   const Vec3i& last_divergent_cell() const { return divergent_cell_; }  // where it is
-  /// Of the water, before and after the last velocity stage, in the masses of water_motion(); what
-  /// moves with bodies (DualFace) is part of it.
-  const Motion& motion_before() const { return before_; }
-  const Motion& motion_after() const { return after_; }
+  /// Of the water, before and after the last velocity stage, by what cells hold (water_motion());
+  /// what moves with bodies (DualFace) is part of it.
+  const Motion& motion_before() const { return before_.held; }
+  const Motion& motion_after() const { return after_.held; }
   /// Of the last velocity stage: impulses on water and bodies together from the walls and obstacles
   /// by p', and from gravity by the hydrostatic part of the pressure (on the surface and on the
   /// bodies), without the weight of the bodies.
   const Impulse& solid_impulse() const { return solid_impulse_; }
   const Impulse& hydrostatic_impulse() const { return hydrostatic_impulse_; }
+  /// Of the last velocity stage: what the water is measured to have gained beyond what the pressure
+  /// gave it. Cells at the surface hold another mass than the solve counts; and a cell's pressure
+  /// turns the water about the cell's centre, but a body about the piece of its surface.
+  const Impulse& unmatched_impulse() const { return unmatched_impulse_; }
   /// Wall seconds that contacts between bodies took in the last couple().
   double contact_seconds() const { return contact_seconds_; }
   std::size_t bytes() const;
@@ -133,7 +137,9 @@ class Coupling {
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
   const InnerFlow& inner_flow_of(const Archetype& archetype);
-  Motion carried_motion(std::size_t b, const VecX& y) const;
+  WaterMotion carried_motion(std::size_t b, const VecX& y) const;
+  void measure_impulses(double dt, const std::vector<CoupledBody>& coupled,
+                        const std::vector<VecX>& hydrostatic);
   void collect_slip(const std::vector<CoupledBody>& coupled);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
@@ -174,8 +180,8 @@ class Coupling {
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();
-  Motion before_, after_;
-  Impulse solid_impulse_, hydrostatic_impulse_;
+  WaterMotion before_, after_;
+  Impulse solid_impulse_, hydrostatic_impulse_, unmatched_impulse_;
   double contact_seconds_ = 0.0;
 };
 

@@ -1,7 +1,5 @@
 #include "runtime/coupling/impulses.h"
 
-#include <algorithm>
-
 namespace archetide {
 namespace {
 

@@ -27,7 +27,7 @@ inline Impulse impulse_at(const Vec3& x, const Vec3& P, const Vec3& about_x = Ve
 /// and theta e.
 struct PressureImpulses {
   Impulse solids;   // walls and obstacles: all solids less what the bodies' fluxes take
-  Impulse bodies;   // -p' on the bodies, at the cells where it acts
+  Impulse bodies;   // what p' takes from the water for the bodies, at the cells where it acts
   Impulse surface;  // p' of the surface holds the weight of the water and its hydrostatic pressure
 };
 /// `phi`: the solve's pressure, dt p' / (rho dx) less its surface mean, m/s. Sums do not depend on

@@ -102,20 +102,37 @@ WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<dou
   return p;
 }
 
+namespace {
+
+// Where the interface crosses the segment between the wet points on both sides of a face; on an
+// open side of the tank: the face.
+struct Crossing {
+  double theta;  // cells from the water's point, 0 to 1
+  Vec3 point;    // m
+};
+Crossing crossing(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                  const Vec3i& c, int axis, int sign) {
+  const Vec3i n = neighbour(c, axis, sign);
+  const WetPoint inside = wet_point(g, phi, open, c);
+  if (!in_grid(g, n)) return {0.5, inside.x + sign * 0.5 * g.dx * Vec3::Unit(axis)};
+  const WetPoint outside = wet_point(g, phi, open, n);
+  const double theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
+  return {theta, inside.x + theta * (outside.x - inside.x)};
+}
+
+}  // namespace
+
+double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                     const Vec3i& c, int axis, int sign) {
+  return std::max(crossing(g, phi, open, c, axis, sign).theta, kThetaMin);
+}
+
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                          const Hydrostatics& hydrostatics, const Vec3i& c, int axis, int sign) {
-  const Vec3i n = neighbour(c, axis, sign);
-  const WetPoint inside = wet_point(g, *surface.phi, open, c);
-  double theta = 0.5;  // an open side of the tank: the value sits on the face
-  Vec3 point = inside.x + sign * theta * g.dx * Vec3::Unit(axis);
-  if (in_grid(g, n)) {
-    const WetPoint outside = wet_point(g, *surface.phi, open, n);
-    theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
-    point = inside.x + theta * (outside.x - inside.x);
-  }
-  const double value =
-      hydrostatics.surface_value(point) + carried_pressure(g, surface, hydrostatics.gravity, point);
-  return {std::max(theta, kThetaMin), value};
+  const Crossing at = crossing(g, *surface.phi, open, c, axis, sign);
+  const double value = hydrostatics.surface_value(at.point) +
+                       carried_pressure(g, surface, hydrostatics.gravity, at.point);
+  return {std::max(at.theta, kThetaMin), value};
 }
 
 namespace {

@@ -92,6 +92,10 @@ SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceFi
                          const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis,
                          int sign);
 
+/// Its theta alone, which costs less.
+double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
+                     const Vec3i& water_cell, int axis, int sign);
+
 /// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
 /// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
 /// address). `solids`: faces beside each solid, shared out by this function. `changed`: where

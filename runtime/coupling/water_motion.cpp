@@ -1,5 +1,6 @@
 #include "runtime/coupling/water_motion.h"
 
+#include <cmath>
 #include <vector>
 
 namespace archetide {
@@ -24,7 +25,7 @@ double share(const Grid& g, const PressureSystem& s, int axis, const Vec3i& high
   if (low_wet && high_wet) return 1.0;
   if (!low_wet && !high_wet) return 0.0;
   const Vec3i& c = low_wet ? low : high;
-  return surface_face(g, s.surface, *s.open, s.hydrostatics, c, axis, low_wet ? 1 : -1).theta;
+  return surface_theta(g, *s.surface.phi, *s.open, c, axis, low_wet ? 1 : -1);
 }
 
 // Whether no solid cuts any face of the cells beside a face.
@@ -43,82 +44,138 @@ bool uncut(const Grid& g, const FaceField<double>& open, int axis, const Vec3i& 
   return true;
 }
 
-// What there is of the water on a face, in e: by what its cells hold where no solid cuts them.
-double face_share(const Grid& g, const PressureSystem& s, const Array3<double>* held, int axis,
-                  const Vec3i& above) {
-  const double e = s.matrix.w[axis](above[0], above[1], above[2]);
-  if (!held || e != 1.0 || above[axis] == 0 || above[axis] == g.size(axis))
-    return share(g, s, axis, above);
+// What there is of the water on a face, in e, in both measures.
+struct Shares {
+  double held, solved;
+};
+Shares shares(const Grid& g, const PressureSystem& s, const Array3<double>* held, int axis,
+              const Vec3i& above) {
+  const double e = s.matrix.w[axis](above[0], above[1], above[2]),
+               solved = e == 0.0 ? 0.0 : e * share(g, s, axis, above);
+  if (!held || e != 1.0 || above[axis] == 0 || above[axis] == g.size(axis)) return {solved, solved};
   const Vec3i below = above - Vec3i::Unit(axis);
   const double mean =
       0.5 * ((*held)(above[0], above[1], above[2]) + (*held)(below[0], below[1], below[2]));
   const bool known = mean == 0.0 || mean == 1.0 || uncut(g, *s.open, axis, above);
-  return known ? mean : share(g, s, axis, above);
+  return {known ? mean : solved, solved};
 }
 
-// Adds the faces of component `axis` on the low sides of row (j, k) of cells.
-void add_row(const Grid& g, const PressureSystem& s, const Array3<double>* held, const MacField& u,
-             int axis, int j, int k, Motion& sum) {
-  const bool has_low = axis == 0 || (axis == 1 ? j : k) > 0,
-             has_high = axis == 0 || (axis == 1 ? j < g.ny : k < g.nz);
-  const RowKind low = has_low ? s.row(j - (axis == 1), k - (axis == 2)) : RowKind::kAir,
-                high = has_high ? s.row(j, k) : RowKind::kAir;
-  if (low == RowKind::kAir && high == RowKind::kAir && !held) return;
-  const double *e = &s.matrix.w[axis](0, j, k), *v = &u[axis](0, j, k);
-  const int count = u[axis].nx();
-  const int begin = axis == 0, end = count - (axis == 0);  // of an x row the ends have one cell
-  RowSum row;
-  const double* filled = nullptr;  // shares of faces whose cells are both full, or both empty
-  if (held && has_low && has_high) {
-    const double *above = &(*held)(0, j, k),
+// The faces of component `axis` on the low sides of row (j, k) of cells.
+class FaceRow {
+ public:
+  FaceRow(const Grid& grid, const PressureSystem& system, const Array3<double>* in_cells,
+          const MacField& velocity, int component, int row, int layer)
+      : g(grid), s(system), held(in_cells), u(velocity), axis(component), j(row), k(layer) {}
+
+  void add_to(WaterMotion& sum) const {
+    const RowKind low =
+                      kind(axis == 0 || (axis == 1 ? j : k) > 0, j - (axis == 1), k - (axis == 2)),
+                  high = kind(axis == 0 || (axis == 1 ? j < g.ny : k < g.nz), j, k);
+    const bool all_air = low == RowKind::kAir && high == RowKind::kAir;
+    if (all_air && !held) return;
+    const auto water = [](RowKind r) { return r == RowKind::kWater || r == RowKind::kInner; };
+    if (const double* filled = filled_row(); filled && (all_air || (water(low) && water(high)))) {
+      const RowSum row = plain(filled);
+      add(row, sum.held);
+      if (!all_air) add(row, sum.solved);
+      return;
+    }
+    RowSum by_held, by_solve;
+    const double *e = &s.matrix.w[axis](0, j, k), *v = &u[axis](0, j, k);
+    for (int i = 0; i < u[axis].nx(); ++i) {
+      if (e[i] == 0.0) continue;
+      const Shares of = shares(g, s, held, axis, {i, j, k});
+      by_held.add(of.held, v[i], i), by_solve.add(of.solved, v[i], i);
+    }
+    add(by_held, sum.held), add(by_solve, sum.solved);
+  }
+
+ private:
+  RowKind kind(bool exists, int at_j, int at_k) const {
+    return exists ? s.row(at_j, at_k) : RowKind::kAir;
+  }
+
+  // What the cells above hold, if everywhere both are full, or both are empty, and no solid cuts.
+  const double* filled_row() const {
+    if (!held || (axis == 1 && (j == 0 || j == g.ny)) || (axis == 2 && (k == 0 || k == g.nz)))
+      return nullptr;
+    const double *e = &s.matrix.w[axis](0, j, k), *above = &(*held)(0, j, k),
                  *below = above - (axis == 0   ? 1
                                    : axis == 1 ? g.nx
                                                : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
     int other = 0;
 #pragma omp simd reduction(| : other)
-    for (int i = begin; i < end; ++i)
+    for (int i = first(); i < last(); ++i)
       other |= (above[i] != below[i]) | ((above[i] != 1.0) & (above[i] != 0.0)) | (e[i] != 1.0);
-    if (!other) filled = above;
+    // along x the tank's sides are faces of the row as well
+    const bool open_end = axis == 0 && (e[0] != 0.0 || e[g.nx] != 0.0);
+    return other || open_end ? nullptr : above;
   }
-  const auto add = [&](int i) {
-    if (e[i] != 0.0) row.add(e[i] * face_share(g, s, held, axis, {i, j, k}), v[i], i);
-  };
-  if (filled) {
+  int first() const { return axis == 0; }
+  int last() const { return u[axis].nx() - (axis == 0); }
+
+  RowSum plain(const double* filled) const {
+    const double* v = &u[axis](0, j, k);
     double flux = 0.0, twice = 0.0, moment = 0.0;
 #pragma omp simd reduction(+ : flux, twice, moment)
-    for (int i = begin; i < end; ++i) {
+    for (int i = first(); i < last(); ++i) {
       const double p = filled[i] * v[i];
       flux += p, twice += p * v[i], moment += p * i;
     }
-    row = {flux, twice, moment};
-  } else {
-    for (int i = begin; i < end; ++i) add(i);
+    return {flux, twice, moment};
   }
-  if (axis == 0) add(0), add(count - 1);
-  const Vec3 first = g.face_centre(axis, 0, j, k);
-  sum.P[axis] += row.flux;
-  sum.kinetic += 0.5 * row.twice;
-  // sum of x m u, by x = first + dx i along x
-  const Vec3 arm = row.flux * first + g.dx * row.moment * Vec3::UnitX();
-  sum.L += arm.cross(Vec3::Unit(axis));
-}
+
+  void add(const RowSum& row, Motion& sum) const {
+    sum.P[axis] += row.flux;
+    sum.kinetic += 0.5 * row.twice;
+    // sum of x m u, by x = first face + dx i along x
+    const Vec3 arm = row.flux * g.face_centre(axis, 0, j, k) + g.dx * row.moment * Vec3::UnitX();
+    sum.L += arm.cross(Vec3::Unit(axis));
+  }
+
+  const Grid& g;
+  const PressureSystem& s;
+  const Array3<double>* held;
+  const MacField& u;
+  const int axis, j, k;
+};
 
 }  // namespace
 
-Motion water_motion(const Grid& g, const PressureSystem& system, const Array3<double>* held,
-                    const MacField& u) {
-  std::vector<Motion> planes(g.nz + 1);
+WaterMotion water_motion(const Grid& g, const PressureSystem& system, const Array3<double>* held,
+                         const MacField& u) {
+  std::vector<WaterMotion> planes(g.nz + 1);
 #pragma omp parallel for schedule(dynamic, 4)
   for (int k = 0; k <= g.nz; ++k)
-    for (int j = 0; j <= g.ny; ++j) {
-      if (j < g.ny && k < g.nz) add_row(g, system, held, u, 0, j, k, planes[k]);
-      if (k < g.nz) add_row(g, system, held, u, 1, j, k, planes[k]);
-      if (j < g.ny) add_row(g, system, held, u, 2, j, k, planes[k]);
-    }
-  Motion total;
-  for (const Motion& plane : planes) total += plane;
+    for (int j = 0; j <= g.ny; ++j)
+      for (int axis = 0; axis < 3; ++axis)
+        if ((axis == 1 || j < g.ny) && (axis == 2 || k < g.nz))
+          FaceRow(g, system, held, u, axis, j, k).add_to(planes[k]);
+  WaterMotion total;
+  for (const WaterMotion& plane : planes) total += plane;
   const double mass = system.hydrostatics.density * g.dx * g.dx * g.dx;
-  return {mass * total.P, mass * total.L, mass * total.kinetic};
+  for (Motion* m : {&total.held, &total.solved}) m->P *= mass, m->L *= mass, m->kinetic *= mass;
+  return total;
+}
+
+double energy_above(const Grid& g, const PressureSystem& s, const Array3<double>& held,
+                    const FaceField<unsigned char>& valid, double most, const MacField& u) {
+  double sum = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Array3<double>& speed = u[axis];
+    std::vector<double> planes(speed.nz(), 0.0);
+#pragma omp parallel for schedule(static, 1)
+    for (int k = 0; k < speed.nz(); ++k)
+      for (int j = 0; j < speed.ny(); ++j)
+        for (int i = 0; i < speed.nx(); ++i) {
+          const double v = speed(i, j, k);
+          if (std::abs(v) <= most || valid[axis](i, j, k) != 1) continue;
+          const double mass = shares(g, s, &held, axis, {i, j, k}).held;
+          planes[k] += 0.5 * mass * (v * v - most * most);
+        }
+    for (const double plane : planes) sum += plane;
+  }
+  return s.hydrostatics.density * g.dx * g.dx * g.dx * sum;
 }
 
 }  // namespace archetide

@@ -23,11 +23,21 @@ std::vector<double> strength(const Grid& g, const Damping& beach, int component,
   return result;
 }
 
+// Of both cells of a face.
+double mean_held(const Array3<double>& held, int axis, Vec3i cell) {
+  double sum = 0.0;
+  for (int side = 0; side < 2; ++side, --cell[axis])
+    if (held.contains(cell[0], cell[1], cell[2])) sum += 0.5 * held(cell[0], cell[1], cell[2]);
+  return sum;
+}
+
 }  // namespace
 
-void damp(const Grid& g, const Damping& damping, double dt, const FaceField<unsigned char>& target,
-          MacField& u) {
+double damp(const Grid& g, const Damping& damping, double dt,
+            const FaceField<unsigned char>& target, const Array3<double>& held, MacField& u) {
+  double taken = 0.0;
   for (int a = 0; a < 3; ++a) {
+    std::vector<double> planes(u[a].nz(), 0.0);
     const std::vector<double> x = strength(g, damping, a, 0), y = strength(g, damping, a, 1);
     const auto kept = [&](double s2) { return std::exp(-dt * (damping.drag + damping.rate * s2)); };
     std::vector<double> at_x;
@@ -37,10 +47,16 @@ void damp(const Grid& g, const Damping& damping, double dt, const FaceField<unsi
       for (int j = 0; j < u[a].ny(); ++j) {
         const double at_y = kept(y[j]);
         const std::size_t n = u[a].index(0, j, k);
-        for (int i = 0; i < u[a].nx(); ++i)
-          if (target[a][n + i]) u[a][n + i] *= std::min(at_x[i], at_y);
+        for (int i = 0; i < u[a].nx(); ++i) {
+          if (!target[a][n + i]) continue;
+          const double left = std::min(at_x[i], at_y), before = u[a][n + i];
+          u[a][n + i] = left * before;
+          planes[k] += 0.5 * mean_held(held, a, {i, j, k}) * (1.0 - left * left) * before * before;
+        }
       }
+    for (const double plane : planes) taken += plane;
   }
+  return taken * g.dx * g.dx * g.dx;
 }
 
 }  // namespace archetide

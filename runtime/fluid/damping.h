@@ -21,7 +21,9 @@ struct Damping {
 };
 
 /// u after the time dt, on faces with target != 0. Where two beaches overlap the stronger counts.
-void damp(const Grid& g, const Damping& damping, double dt, const FaceField<unsigned char>& target,
-          MacField& u);
+/// Returns what that takes of the kinetic energy of the water, over its density, m^5/s^2: with the
+/// mean of what the cells of a face hold (dx^3).
+double damp(const Grid& g, const Damping& damping, double dt,
+            const FaceField<unsigned char>& target, const Array3<double>& held, MacField& u);
 
 }  // namespace archetide

@@ -19,82 +19,62 @@ void cells(CsvWriter& csv, const Vec3& x) {
   for (int a = 0; a < 3; ++a) csv.cell(x[a]);
 }
 
+// The columns of stats.csv but for the seconds: cell(name, value) in their order.
+template <class Cell>
+void for_each_cell(const StepReport& s, const Cell& cell) {
+  const auto vector = [&](const std::string& name, const Vec3& v) {
+    for (int a = 0; a < 3; ++a) cell(name + "xyz"[a], v[a]);
+  };
+  const auto impulse = [&](const std::string& name, const Vec3& P, const Vec3& L) {
+    vector(name + "_p", P), vector(name + "_l", L);
+  };
+  const Budget& b = s.budget;
+  cell("t", s.t), cell("dt", s.dt), cell("cfl", s.cfl), cell("halvings", s.halvings);
+  cell("iterations", s.velocity.iterations);
+  cell("iterations_position", s.position.iterations);
+  cell("residual", std::max(s.position.residual, s.velocity.residual));
+  cell("divergence", s.divergence);
+  cell("water_volume", s.water_volume);
+  vector("p", s.water_momentum + s.body_momentum + s.spray_momentum);
+  vector("l", s.body_angular_momentum);
+  vector("water_p", s.water_momentum);
+  cell("water_kinetic", s.water_kinetic), cell("body_kinetic", s.body_kinetic);
+  cell("body_elastic", s.body_elastic), cell("potential", s.potential);
+  cell("energy", s.energy());
+  cell("max_speed", s.max_speed), cell("contacts", s.contacts);
+  cell("joint_drift", s.joint_drift), cell("max_deformation", s.max_deformation);
+  cell("volume_given_back", 0.0);  // no correction is global
+  cell("spray_volume", s.spray_volume), cell("outflow_volume", s.outflow_volume);
+  cell("contact_sweeps", s.contact_sweeps);
+  cell("max_penetration", s.max_penetration), cell("mean_penetration", s.mean_penetration);
+  cell("actuation_work", s.actuation_work);
+  cell("held_bodies", static_cast<int>(s.held_bodies.size()));
+  cell("closed_regions", s.velocity.closed_regions);
+  cell("incompatible_flow", s.velocity.incompatible_flow);
+  cell("volume_residual", s.volume_residual), cell("volume_refitted", s.volume_refitted);
+  vector("water_l", s.water_angular_momentum);
+  impulse("transported", b.transported.P, b.transported.L);
+  cell("transported_kinetic", b.transported.kinetic);
+  vector("spray_p", s.spray_momentum), cell("spray_kinetic", s.spray_kinetic);
+  impulse("solid", b.solids.P, b.solids.L);
+  impulse("weight", b.weight.P, b.weight.L);
+  impulse("contact", b.contact.P, b.contact.L);
+  cell("contact_energy", b.contact_energy);
+  impulse("unmatched", b.unmatched.P, b.unmatched.L);
+  vector("spray_l", s.spray_angular_momentum);
+  cell("drag_energy", b.drag_energy), cell("slowed_energy", b.slowed_energy);
+  cell("held_energy", b.held_energy), cell("solved_energy", b.solved_energy);
+}
+
 }  // namespace
 
 void StatsTable::write_header(const Profile& profile) {
   for (const std::string& phase : profile.phases())
     if (is_top_level(phase)) phases_.push_back(phase);
   seconds_before_.assign(phases_.size(), 0.0);
-  std::vector<std::string> names = {"t",
-                                    "dt",
-                                    "cfl",
-                                    "halvings",
-                                    "iterations",
-                                    "iterations_position",
-                                    "residual",
-                                    "divergence",
-                                    "water_volume",
-                                    "px",
-                                    "py",
-                                    "pz",
-                                    "lx",
-                                    "ly",
-                                    "lz",
-                                    "water_px",
-                                    "water_py",
-                                    "water_pz",
-                                    "water_kinetic",
-                                    "body_kinetic",
-                                    "body_elastic",
-                                    "potential",
-                                    "energy",
-                                    "max_speed",
-                                    "contacts",
-                                    "joint_drift",
-                                    "max_deformation",
-                                    "volume_given_back",
-                                    "spray_volume",
-                                    "outflow_volume",
-                                    "contact_sweeps",
-                                    "max_penetration",
-                                    "mean_penetration",
-                                    "actuation_work",
-                                    "held_bodies",
-                                    "closed_regions",
-                                    "incompatible_flow",
-                                    "volume_residual",
-                                    "volume_refitted",
-                                    "water_lx",
-                                    "water_ly",
-                                    "water_lz",
-                                    "transported_px",
-                                    "transported_py",
-                                    "transported_pz",
-                                    "transported_lx",
-                                    "transported_ly",
-                                    "transported_lz",
-                                    "transported_kinetic",
-                                    "spray_px",
-                                    "spray_py",
-                                    "spray_pz",
-                                    "spray_kinetic",
-                                    "solid_px",
-                                    "solid_py",
-                                    "solid_pz",
-                                    "solid_lx",
-                                    "solid_ly",
-                                    "solid_lz",
-                                    "weight_px",
-                                    "weight_py",
-                                    "weight_pz",
-                                    "weight_lx",
-                                    "weight_ly",
-                                    "weight_lz",
-                                    "contact_px",
-                                    "contact_py",
-                                    "contact_pz",
-                                    "contact_energy",
-                                    "seconds"};
+  std::vector<std::string> names;
+  for_each_cell({}, [&](const std::string& name, auto) { names.push_back(name); });
+  names.push_back("seconds");
   for (const std::string& phase : phases_) names.push_back("seconds_" + phase);
   names.push_back("seconds_other");
   csv_.header(names);
@@ -113,31 +93,7 @@ void StatsTable::resume(std::int64_t rows) {
 
 void StatsTable::add(const StepReport& s, const Profile& profile) {
   if (!has_header_) write_header(profile), has_header_ = true;
-  csv_.cell(s.t).cell(s.dt).cell(s.cfl).cell(s.halvings);
-  csv_.cell(s.velocity.iterations).cell(s.position.iterations);
-  csv_.cell(std::max(s.position.residual, s.velocity.residual)).cell(s.divergence);
-  csv_.cell(s.water_volume);
-  cells(csv_, s.water_momentum + s.body_momentum + s.spray_momentum);
-  cells(csv_, s.body_angular_momentum);
-  cells(csv_, s.water_momentum);
-  csv_.cell(s.water_kinetic).cell(s.body_kinetic).cell(s.body_elastic).cell(s.potential);
-  csv_.cell(s.water_kinetic + s.body_kinetic + s.body_elastic + s.spray_kinetic + s.potential);
-  csv_.cell(s.max_speed).cell(s.contacts);
-  csv_.cell(s.joint_drift).cell(s.max_deformation);
-  csv_.cell(0.0).cell(s.spray_volume).cell(s.outflow_volume);  // no correction is global
-  csv_.cell(s.contact_sweeps).cell(s.max_penetration).cell(s.mean_penetration);
-  csv_.cell(s.actuation_work).cell(static_cast<int>(s.held_bodies.size()));
-  csv_.cell(s.velocity.closed_regions).cell(s.velocity.incompatible_flow);
-  csv_.cell(s.volume_residual).cell(s.volume_refitted);
-  cells(csv_, s.water_angular_momentum);
-  cells(csv_, s.budget.transported.P);
-  cells(csv_, s.budget.transported.L);
-  csv_.cell(s.budget.transported.kinetic);
-  cells(csv_, s.spray_momentum);
-  csv_.cell(s.spray_kinetic);
-  for (const Impulse& i : {s.budget.solids, s.budget.weight}) cells(csv_, i.P), cells(csv_, i.L);
-  cells(csv_, s.budget.contact);
-  csv_.cell(s.budget.contact_energy);
+  for_each_cell(s, [&](const std::string&, auto value) { csv_.cell(value); });
 
   const double total = total_seconds(profile), step_seconds = total - total_before_;
   csv_.cell(step_seconds);

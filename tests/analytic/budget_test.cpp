@@ -1,5 +1,5 @@
-// P = P(0) + solids + weight + contact + transported: the columns of stats.csv account for the
-// momentum of water, drops and bodies.
+// The columns of stats.csv account for the momentum, angular momentum and energy of water, drops
+// and bodies: see Budget.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,26 +13,44 @@
 namespace archetide {
 namespace {
 
-// Largest part of a run's momentum that no column names, and largest that was exchanged, N s.
+// Of a run: largest part of its momentum (N s) and angular momentum (N m s) that no column names,
+// largest that was exchanged, and largest of it that is `unmatched`.
 struct Closing {
-  double left = 0.0, exchanged = 0.0;
+  double left = 0.0, exchanged = 0.0, unmatched = 0.0;
+  double turn_left = 0.0, turn_exchanged = 0.0, turn_unmatched = 0.0;
   Budget last;
 };
 
 Closing run(Simulation& s, double dt, int steps) {
   Closing c;
-  Vec3 first = Vec3::Zero();
+  Impulse first;
+  double energy = 0.0;
   for (int n = 0; n < steps; ++n) {
     const StepReport r = s.step(dt);
-    const Vec3 now = r.water_momentum + r.body_momentum + r.spray_momentum;
-    if (n == 0) first = now;
+    const Impulse now = {
+        r.water_momentum + r.body_momentum + r.spray_momentum,
+        r.water_angular_momentum + r.body_angular_momentum + r.spray_angular_momentum};
+    if (n == 0) first = now, energy = r.energy();
     const Budget& b = r.budget;
-    const Vec3 named = b.solids.P + b.weight.P + b.contact + b.transported.P;
-    c.left = std::max(c.left, (now - first - named).norm());
-    c.exchanged = std::max({c.exchanged, b.solids.P.norm(), b.weight.P.norm()});
+    Impulse left = now - first;
+    for (const Impulse& named : {b.solids, b.weight, b.contact, b.unmatched}) {
+      left = left - named;
+      c.exchanged = std::max(c.exchanged, named.P.norm());
+      c.turn_exchanged = std::max(c.turn_exchanged, named.L.norm());
+    }
+    c.left = std::max(c.left, (left.P - b.transported.P).norm());
+    c.turn_left = std::max(c.turn_left, (left.L - b.transported.L).norm());
+    c.unmatched = std::max(c.unmatched, b.unmatched.P.norm());
+    c.turn_unmatched = std::max(c.turn_unmatched, b.unmatched.L.norm());
     c.last = b;
+    EXPECT_NEAR(r.energy() - energy,
+                b.transported.kinetic + b.contact_energy + b.drag_energy + b.slowed_energy +
+                    b.held_energy + b.solved_energy + r.actuation_work,
+                1e-9 * std::abs(energy));
   }
-  std::printf("measured: %.1e N s left of %.3g exchanged\n", c.left, c.exchanged);
+  std::printf(
+      "measured: %.1e N s left, %.1e unmatched of %.3g exchanged; %.1e N m s, %.1e of %.3g\n",
+      c.left, c.unmatched, c.exchanged, c.turn_left, c.turn_unmatched, c.turn_exchanged);
   return c;
 }
 
@@ -56,6 +74,7 @@ TEST(Budget, OfAFullTankClosesToRoundOff) {
   Simulation s(o, water_to(o.grid, INFINITY), {body}, {});
   const Closing c = run(s, 0.01, 20);
   EXPECT_LE(c.left, 1e-9 * c.exchanged);
+  EXPECT_LE(c.turn_left, 1e-9 * c.turn_exchanged);
 }
 
 // Still water: its weight rests on the floor.
@@ -81,14 +100,31 @@ TEST(Budget, ContactBearsAHeavyBall) {
   Simulation s(o, water_to(o.grid, 0.7), {ball}, {});
   run(s, 0.01, 40);
   const StepReport before = s.step(0.01), after = s.step(0.01);
-  const Vec3 push = after.budget.contact - before.budget.contact;
+  const Vec3 push = after.budget.contact.P - before.budget.contact.P;
   EXPECT_NEAR(push[2] / 0.01, excess, 0.02 * excess);
 }
 
+// Drag takes 2 drag times the kinetic energy in a second.
+TEST(Budget, NamesWhatDragTakes) {
+  SimulationOptions o = tank(16);
+  o.damping.drag = 0.5;
+  Simulation s(o,
+               water_where(o.grid, [](const Vec3& x) { return x[2] - 0.5 - 0.1 * (x[0] - 0.5); }),
+               {}, {});
+  double expected = 0.0, before = 0.0, taken = 0.0;
+  for (int n = 0; n < 60; ++n) {
+    const StepReport r = s.step(0.01);
+    if (n > 0) expected -= 0.01 * o.damping.drag * (before + r.water_kinetic);
+    before = r.water_kinetic, taken = r.budget.drag_energy;
+  }
+  std::printf("measured: drag took %.4g J of %.4g\n", taken, expected);
+  EXPECT_NEAR(taken, expected, 0.03 * std::abs(expected));
+}
+
 // Where the surface moves, momentum is measured by what cells hold (water_motion) while the solve
-// moves theta of each face: at a face that the surface cuts they differ. Asked for: 1e-4 of what
-// is exchanged; the known miss is what is measured here.
-TEST(Budget, OfACollapseClosesToTheSurfacesMasses) {
+// moves theta of each face: `unmatched`. Asked for: 1e-4 of what is exchanged; the known miss is
+// what is measured here.
+TEST(Budget, OfACollapseClosesAndNamesTheSurfacesMasses) {
   SimulationOptions o = tank(24);
   Simulation s(o,
                water_where(o.grid,
@@ -97,7 +133,9 @@ TEST(Budget, OfACollapseClosesToTheSurfacesMasses) {
                            }),
                {}, {});
   const Closing c = run(s, 0.008, 60);
-  EXPECT_LE(c.left, 0.015 * c.exchanged);  // measured 5.2e-3
+  EXPECT_LE(c.left, 1e-9 * c.exchanged);
+  EXPECT_LE(c.turn_left, 1e-9 * c.turn_exchanged);
+  EXPECT_LE(c.unmatched, 0.015 * c.exchanged);  // measured 5.2e-3
 }
 
 }  // namespace
