@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/cell_list.h"
@@ -34,6 +35,22 @@ class Flow {
     farthest = kCut + h * cfl_speed(u);
   }
 
+  /// Through the faces (0, j, k), (1, j, k), .. of `axis` upwards; out: one for each.
+  void through_row(int axis, int j, int k, double* out) const {
+    const int count = u[axis].nx();
+    level_of_row(axis, j, k, out);
+    const double *v = &u[axis](0, j, k), *w = &open[axis](0, j, k);
+    int near = 0;
+#pragma omp simd reduction(| : near)
+    for (int i = 0; i < count; ++i) {
+      const double flow = h * (w[i] * v[i]), level = out[i];
+      near |= (flow != 0.0) & (std::abs(level) <= farthest);
+      out[i] = level < 0.0 ? flow : 0.0;
+    }
+    if (!near) return;
+    for (int i = 0; i < count; ++i) out[i] = through(axis, i, j, k);
+  }
+
   /// Through face (i, j, k) of `axis` upwards, `beyond` as well.
   double through(int axis, int i, int j, int k, double beyond = 0.0) const {
     const std::size_t f = u[axis].index(i, j, k);
@@ -46,6 +63,21 @@ class Flow {
   }
 
  private:
+  // at_face of a row.
+  void level_of_row(int axis, int j, int k, double* level) const {
+    const double* high = &phi(0, std::min(j, g.ny - 1), std::min(k, g.nz - 1));
+    const double* low = &phi(0, std::max(j - (axis == 1), 0), std::max(k - (axis == 2), 0));
+    const double to_mean = 0.5 / g.dx;
+    if (axis != 0) {
+#pragma omp simd
+      for (int i = 0; i < g.nx; ++i) level[i] = to_mean * (low[i] + high[i]);
+      return;
+    }
+#pragma omp simd
+    for (int i = 1; i < g.nx; ++i) level[i] = to_mean * (low[i - 1] + high[i]);
+    level[0] = high[0] / g.dx, level[g.nx] = high[g.nx - 1] / g.dx;
+  }
+
   // Mean of phi / dx over the cells beside a face.
   double at_face(int axis, int i, int j, int k) const {
     const int c = axis == 0 ? i : axis == 1 ? j : k;
@@ -116,6 +148,43 @@ class Flow {
   double farthest = 0.0;  // from the surface that a face may be cut, cells
 };
 
+// Takes `volume` from the cell below face (i, j, k) and gives it to the one above; returns what
+// leaves the grid.
+double book(int axis, int i, int j, int k, double volume, Array3<double>& residual) {
+  if (volume == 0.0) return 0.0;
+  const int at[3] = {i, j, k};
+  const int size[3] = {residual.nx(), residual.ny(), residual.nz()};
+  const bool has_low = at[axis] > 0, has_high = at[axis] < size[axis];
+  if (has_low) residual(i - (axis == 0), j - (axis == 1), k - (axis == 2)) -= volume;
+  if (has_high) residual(i, j, k) += volume;
+  return has_low && has_high ? 0.0 : has_high ? -volume : volume;
+}
+
+// The same through the faces (0, j, k), (1, j, k), .. of an axis.
+double book_row(int axis, int j, int k, const double* volume, Array3<double>& residual) {
+  const int nx = residual.nx();
+  if (axis == 0) {
+    double* cells = &residual(0, j, k);
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) cells[i] = (cells[i] + volume[i]) - volume[i + 1];
+    return volume[nx] - volume[0];
+  }
+  const int at = axis == 1 ? j : k, size = axis == 1 ? residual.ny() : residual.nz();
+  if (at > 0) {
+    double* low = &residual(0, j - (axis == 1), k - (axis == 2));
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) low[i] -= volume[i];
+  }
+  if (at < size) {
+    double* high = &residual(0, j, k);
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) high[i] += volume[i];
+  }
+  if (at > 0 && at < size) return 0.0;
+  const double sum = std::accumulate(volume, volume + nx, 0.0);
+  return at == 0 ? -sum : sum;
+}
+
 }  // namespace
 
 double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
@@ -123,29 +192,28 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
                     const Sides& open_side, Array3<double>& residual) {
   const Flow flow(g, u, dt, phi, open, open_side);
   std::vector<double> out(g.nz + 1, 0.0);  // through open sides, by plane of faces
-  // What goes from the cell below face (i, j, k) to the one above.
-  const auto move = [&](int axis, int i, int j, int k, double volume) {
-    if (volume == 0.0) return;
-    const int at[3] = {i, j, k};
-    const bool has_low = at[axis] > 0, has_high = at[axis] < g.size(axis);
-    if (has_low) residual(i - (axis == 0), j - (axis == 1), k - (axis == 2)) -= volume;
-    if (has_high) residual(i, j, k) += volume;
-    if (!has_low || !has_high) out[k] += has_high ? -volume : volume;
-  };
   for (int axis = 0; axis < 3; ++axis) {
     const Array3<double>& faces = u[axis];
     // Planes of faces across z share cells with the next: every other one at a time.
     const int stride = axis == 2 ? 2 : 1;
     for (int first = 0; first < stride; ++first)
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel
+    {
+      std::vector<double> row(faces.nx());
+#pragma omp for schedule(dynamic)
       for (int k = first; k < faces.nz(); k += stride)
-        for (int j = 0; j < faces.ny(); ++j)
-          for (int i = 0; i < faces.nx(); ++i) move(axis, i, j, k, flow.through(axis, i, j, k));
+        for (int j = 0; j < faces.ny(); ++j) {
+          flow.through_row(axis, j, k, row.data());
+          out[k] += book_row(axis, j, k, row.data(), residual);
+        }
+    }
   }
   for (const FaceFlow& f : beyond) {
     const Ijk c = unravel(u[f.axis], static_cast<int>(f.face));
-    move(f.axis, c.i, c.j, c.k,
-         flow.through(f.axis, c.i, c.j, c.k, f.beyond) - flow.through(f.axis, c.i, c.j, c.k));
+    out[c.k] +=
+        book(f.axis, c.i, c.j, c.k,
+             flow.through(f.axis, c.i, c.j, c.k, f.beyond) - flow.through(f.axis, c.i, c.j, c.k),
+             residual);
   }
   double left = 0.0;
   for (const double plane : out) left += plane;
