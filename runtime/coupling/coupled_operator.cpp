@@ -12,34 +12,39 @@ namespace archetide {
 // up to a third off; measured).
 constexpr double kAddedMass = 0.11;
 
-void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
-                            const std::vector<CoupledBody>& bodies,
-                            const ConstrainedInverse* rows) {
-  rows_ = rows && !rows->empty() ? rows : nullptr;
-  water_.setup(s.matrix);
-  closed_.setup(water_);
-  bodies_.resize(bodies.size());
+CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSystem& s,
+                                               double density, const CoupledBody& coupled) {
+  const BodyFlux& f = coupled.flux;
   const double area = g.dx * g.dx, mass = density * g.dx * g.dx * g.dx;
-  to_scaled_mass_ = mass;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const BodyFlux& f = bodies[b].flux;
-    Body& body = bodies_[b];
-    body.cell.clear();
-    body.low = Vec3i(s.matrix.nx, s.matrix.ny, s.matrix.nz), body.high = Vec3i::Zero();
-    body.flux.resize(f.flux.rows(), f.flux.cols());
-    for (std::size_t m = 0; m < f.cell.size(); ++m) {
-      if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
-      body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
-          f.flux.col(static_cast<Eigen::Index>(m)) / area;
-      body.cell.push_back(f.cell[m]);
-      const Vec3i at = s.matrix.cell(f.cell[m]);
-      body.low = body.low.cwiseMin(at), body.high = body.high.cwiseMax(at + Vec3i::Ones());
-    }
-    body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
-    body.inverse_mass = mass * bodies[b].inverse_mass;
-    body.added_mass =
-        kAddedMass * (body.high - body.low).maxCoeff() * (body.flux * body.flux.transpose());
+  Body body;
+  body.low = Vec3i(s.matrix.nx, s.matrix.ny, s.matrix.nz);
+  body.flux.resize(f.flux.rows(), f.flux.cols());
+  for (std::size_t m = 0; m < f.cell.size(); ++m) {
+    if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
+    body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
+        f.flux.col(static_cast<Eigen::Index>(m)) / area;
+    body.cell.push_back(f.cell[m]);
+    const Vec3i at = s.matrix.cell(f.cell[m]);
+    body.low = body.low.cwiseMin(at), body.high = body.high.cwiseMax(at + Vec3i::Ones());
   }
+  body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
+  body.inverse_mass = mass * coupled.inverse_mass;
+  body.added_mass =
+      kAddedMass * (body.high - body.low).maxCoeff() * (body.flux * body.flux.transpose());
+  return body;
+}
+
+void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
+                            const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows,
+                            bool same_water) {
+  rows_ = rows && !rows->empty() ? rows : nullptr;
+  if (!same_water) {
+    water_.setup(s.matrix);
+    closed_.setup(water_);
+  }
+  to_scaled_mass_ = density * g.dx * g.dx * g.dx;
+  bodies_.clear();
+  for (const CoupledBody& body : bodies) bodies_.push_back(body_of(g, s, density, body));
   setup_closed_regions();
 }
 

@@ -28,9 +28,10 @@ struct CoupledBody {
 class CoupledOperator {
  public:
   /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is
-  /// used; null: none.
+  /// used; null: none. `same_water`: the system is that of the last setup.
   void setup(const Grid& g, const PressureSystem& system, double density,
-             const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows = nullptr);
+             const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows = nullptr,
+             bool same_water = false);
 
   std::size_t size() const { return water_.size(); }
   const Blocks& blocks() const { return water_.blocks(); }
@@ -55,6 +56,9 @@ class CoupledOperator {
     Vec3i low = Vec3i::Zero(), high = Vec3i::Zero();  // box around the cells
     MatX added_mass;                                  // over rho dx^3, roughly: from the flux alone
   };
+  /// What the water sees of a body.
+  static Body body_of(const Grid& g, const PressureSystem& system, double density,
+                      const CoupledBody& coupled);
   const std::vector<Body>& bodies() const { return bodies_; }
 
   /// rho dx^3 H^-1 f of every body, in place, rows kept.

@@ -202,12 +202,11 @@ void add_motion(const ConstrainedInverse* rows, std::vector<VecX>& gained,
 }
 
 // No water to meet: bodies move freely.
-SolveReport without_water(std::vector<CoupledBody>& bodies, FaceField<unsigned char>& valid) {
+SolveReport without_water(std::vector<CoupledBody>& bodies) {
   for (CoupledBody& body : bodies) {
     body.y = body.y_star;
     body.impulse = VecX::Zero(body.y.size());
   }
-  for (auto& component : valid.axis) component.fill(0);
   SolveReport report;
   report.converged = true;
   return report;
@@ -220,12 +219,34 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
                                  const CoupledSolveOptions& options, MacField& u,
                                  FaceField<unsigned char>& valid, Array3<double>& pressure,
                                  const ConstrainedInverse* rows) {
+  const SolveReport report = find_pressure(g, s, dt, bodies, options, u, pressure, rows);
+  move_water(g, s, dt, pressure, u, valid);
+  return report;
+}
+
+void CoupledSolver::move_water(const Grid& g, const PressureSystem& s, double dt,
+                               const Array3<double>& pressure, MacField& u,
+                               FaceField<unsigned char>& valid) {
   narrow_.clear();
-  if (s.unknowns == 0) return without_water(bodies, valid);
+  if (s.unknowns == 0) {
+    for (auto& component : valid.axis) component.fill(0);
+    return;
+  }
+  PressureGradient gradient(g, s, dt / g.dx, pressure, u, valid, narrow_planes_);
+  gradient.apply();
+  gradient.collect_narrow(narrow_);
+}
+
+SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s, double dt,
+                                         std::vector<CoupledBody>& bodies,
+                                         const CoupledSolveOptions& options, const MacField& u,
+                                         Array3<double>& pressure, const ConstrainedInverse* rows,
+                                         bool same_water) {
+  if (s.unknowns == 0) return without_water(bodies);
   const Stopwatch watch;
   const double rho = s.hydrostatics.density;
-  operator_.setup(g, s, rho, bodies, rows);
-  multigrid_.setup(operator_.water(), &operator_.closed());
+  operator_.setup(g, s, rho, bodies, rows, same_water);
+  if (!same_water) multigrid_.setup(operator_.water(), &operator_.closed());
   deflation_.setup(operator_, multigrid_, options.deflation, options.tolerance, options.warm_start);
 
   std::vector<VecX> gained(bodies.size());
@@ -287,9 +308,6 @@ SolveReport CoupledSolver::solve(const Grid& g, const PressureSystem& s, double 
     gained[b] = body.inverse_mass * f;
   }
   add_motion(operator_.rows(), gained, bodies);
-  PressureGradient gradient(g, s, to_phi, pressure, u, valid, narrow_planes_);
-  gradient.apply();
-  gradient.collect_narrow(narrow_);
   return report;
 }
 

@@ -29,6 +29,16 @@ class CoupledSolver {
                     MacField& u, FaceField<unsigned char>& valid, Array3<double>& pressure,
                     const ConstrainedInverse* rows = nullptr);
 
+  /// The first part of that: pressure and bodies. `same_water`: the system is that of the last call
+  /// and only bodies or rows differ; what was prepared for the water is used again.
+  SolveReport find_pressure(const Grid& g, const PressureSystem& system, double dt,
+                            std::vector<CoupledBody>& bodies, const CoupledSolveOptions& options,
+                            const MacField& u, Array3<double>& pressure,
+                            const ConstrainedInverse* rows = nullptr, bool same_water = false);
+  /// The second: u* becomes u.
+  void move_water(const Grid& g, const PressureSystem& system, double dt,
+                  const Array3<double>& pressure, MacField& u, FaceField<unsigned char>& valid);
+
   std::size_t bytes() const;
 
   /// Of the last solve: the narrow faces that it solved for, in the order of planes.

@@ -258,10 +258,12 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     pressing[b] = pressing_rows(results[b].motion.H, rows[b], unheld[b].y_star, contacts.target);
     any = true;
   }
-  if (any) copy_values(u, u_star_);
-
+  const bool again = any && wet();
+  CoupledSolveOptions trial = options_.solve;
+  if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
+  Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
   SolveReport total;
-  constexpr int kMaxRounds = 4;
+  constexpr int kMaxRounds = 5;
   for (int round = 0; round < kMaxRounds; ++round) {
     for (std::size_t b = 0; b < n; ++b) {
       if (rows[b].rows() == 0) continue;
@@ -270,11 +272,9 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
       coupled[b].inverse_mass = held.inverse();
       coupled[b].y_star = held.project(unheld[b].y_star);
     }
-    if (round > 0) copy_values(u_star_, u);
-    const SolveReport r =
-        solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve, u,
-                      valid_, pressure_[stage == Stage::kVelocityFull]);
-    total.add(r);
+    total.add(solver_.find_pressure(options_.grid, system_, stage_seconds(stage, dt), coupled,
+                                    round == 0 ? trial : options_.solve, u, pressure, nullptr,
+                                    round > 0));
     bool changed = false;
     for (std::size_t b = 0; b < n; ++b) {
       if (rows[b].rows() == 0) continue;
@@ -283,8 +283,9 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
       changed = changed || now != pressing[b];
       pressing[b] = std::move(now);
     }
-    if (!changed || !wet()) break;
+    if (!again || (round > 0 && !changed)) break;
   }
+  solver_.move_water(options_.grid, system_, stage_seconds(stage, dt), pressure, u, valid_);
 
   // Friction, and what the last round did not settle, on the body alone.
   for (std::size_t b = 0; b < n; ++b) {
@@ -472,8 +473,7 @@ std::size_t Coupling::bytes() const {
     return item * (f[0].size() + f[1].size() + f[2].size());
   };
   const std::size_t cells = options_.grid.cells();
-  return solver_.bytes() + faces(obstacles_.face, 8) * 4 + faces(valid_, 1) + faces(u_star_, 8) +
-         cells * (8 * 7 + 1);
+  return solver_.bytes() + faces(obstacles_.face, 8) * 4 + faces(valid_, 1) + cells * (8 * 7 + 1);
 }
 
 }  // namespace archetide

@@ -145,9 +145,13 @@ class Coupling {
                   const MacField& u, CoupledBody& coupled, StageResult& out);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
+  std::vector<MatX> wet_inverses(Stage stage, double h, const std::vector<CoupledBody>& coupled,
+                                 std::vector<VecX>& y) const;
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                              GroupContacts& contacts, MacField& u,
                              std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
+  // Of the first solve where contacts may press: it only has to tell which ones do.
+  static constexpr double kTrialTolerance = 1e-2;
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;
@@ -176,7 +180,6 @@ class Coupling {
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];          // first guess of each stage
-  MacField u_star_;                     // what a solve with bodies held at walls begins with
   std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();

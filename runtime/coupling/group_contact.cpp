@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <chrono>
 
 #include "runtime/coupling/coupling.h"
+#include "runtime/coupling/flux_columns.h"
 #include "runtime/coupling/stage_rows.h"
 
 namespace archetide {
@@ -16,45 +18,71 @@ constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
 
 }  // namespace
 
+// How the bodies answer impulses once the water does, (H + M)^-1 with M their added mass in the
+// system that is about to be solved; and `y` with the push that the water had in its first guess.
+std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
+                                         const std::vector<CoupledBody>& coupled,
+                                         std::vector<VecX>& y) const {
+  const Grid& g = options_.grid;
+  const double rho = options_.hydrostatics.density, mass = rho * g.dx * g.dx * g.dx;
+  const double mean_push = h * rho * system_.surface_mean * g.dx * g.dx;
+  const Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
+  std::vector<MatX> inverse(coupled.size());
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t b = 0; b < coupled.size(); ++b) {
+    const CoupledOperator::Body body = CoupledOperator::body_of(g, system_, rho, coupled[b]);
+    const MatX &H = body.inverse_mass, &M = body.added_mass;
+    inverse[b] = H * (MatX::Identity(M.rows(), M.cols()) + M * H).inverse() / mass;
+    y[b] -=
+        coupled[b].inverse_mass * (mean_push * body.flux.rowwise().sum() +
+                                   mass * gather_columns(body.flux, body.cell, pressure.data()));
+  }
+  return inverse;
+}
+
 // The coupled solve with bodies that touch each other or are jointed. Joints are rows of the solve;
-// so are the contacts that press and stick: which ones do is found by the contact solver, asked
-// again with the water's impulses until its answer is that of the solve.
+// so are the contacts that press and stick: which ones do is found by the contact solver on bodies
+// with their added mass, and confirmed with the velocities of the solve.
 SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                                      GroupContacts& contacts, MacField& u,
                                      std::vector<CoupledBody>& coupled,
                                      std::vector<StageResult>& results) {
   const Clock::time_point start = Clock::now();
   const double h = stage == Stage::kPositionHalf ? 0.5 * dt : dt;
-  StageRows rows(options_, dt, joints_, bodies, contacts, coupled, results, wet());
-  std::vector<VecX> y_free(bodies.size());
-  for (std::size_t b = 0; b < bodies.size(); ++b) y_free[b] = coupled[b].y_star;
+  std::vector<VecX> y_star(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) y_star[b] = coupled[b].y_star;
+  std::vector<VecX> y_free = y_star;
+  std::vector<MatX> wet_inverse;
+  if (wet()) wet_inverse = wet_inverses(stage, h, coupled, y_free);
+  StageRows rows(options_, dt, joints_, bodies, contacts, coupled, results, std::move(wet_inverse));
   rows.start_from_last_step(contacts, h);
-  rows.resolve(y_free);
+  rows.resolve(wet() ? rows.expected_free(y_free) : y_free);
   contact_seconds_ = seconds_since(start);
 
-  constexpr int kRounds = 4;
+  // The first solve only has to tell which contacts press; it is the first guess of the next.
+  constexpr int kRounds = 5;
   const bool again = rows.contacts() > 0 && wet();
-  const MacField u_star = again ? u : MacField();
-  const std::vector<VecX> y_star = y_free;
+  CoupledSolveOptions trial = options_.solve;
+  if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
+  Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
   SolveReport total;
   for (int round = 1;; ++round) {
-    rows.hold(wet());
+    rows.hold();
     rows.start(y_star, coupled);
-    const SolveReport r =
-        solver_.solve(options_.grid, system_, h, coupled, options_.solve, u, valid_,
-                      pressure_[stage == Stage::kVelocityFull], rows.held());
-    total.add(r);
+    total.add(solver_.find_pressure(options_.grid, system_, h, coupled,
+                                    round == 1 ? trial : options_.solve, u, pressure, rows.held(),
+                                    round > 1));
     for (std::size_t b = 0; b < bodies.size(); ++b)
       y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
     rows.settle(y_free, coupled, results);
     if (!again || round == kRounds) break;
     const Clock::time_point asked = Clock::now();
-    rows.resolve(y_free);
-    const bool settled = rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
+    rows.resolve(rows.free_of_rows(coupled, results));
+    const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
     contact_seconds_ += seconds_since(asked);
     if (settled) break;
-    u = u_star;
   }
+  solver_.move_water(options_.grid, system_, h, pressure, u, valid_);
   contacts.sweeps += rows.sweeps();
   contacts.forces = contact_forces(contacts.contacts, rows.system(), rows.impulses(), h);
   return total;

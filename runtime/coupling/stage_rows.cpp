@@ -9,11 +9,11 @@ std::vector<ContactBody> contact_bodies(const std::vector<StageBody>& bodies,
                                         const std::vector<ConfigurationTerms>& terms,
                                         const GroupContacts& contacts,
                                         const std::vector<StageResult>& results,
-                                        const std::vector<CoupledBody>* wet) {
+                                        const std::vector<MatX>& wet_inverse) {
   std::vector<ContactBody> out(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     out[b] = {bodies[b].body, contacts.shapes.empty() ? nullptr : contacts.shapes[b], &terms[b],
-              &results[b].motion.H, wet ? &(*wet)[b].inverse_mass : nullptr};
+              &results[b].motion.H, wet_inverse.empty() ? nullptr : &wet_inverse[b]};
   return out;
 }
 
@@ -38,10 +38,10 @@ void add(std::vector<VecX>& sum, std::size_t b, const VecX& f) {
 StageRows::StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
                      const std::vector<StageBody>& bodies, const GroupContacts& contacts,
                      const std::vector<CoupledBody>& coupled,
-                     const std::vector<StageResult>& results, bool wet)
+                     const std::vector<StageResult>& results, std::vector<MatX> wet_inverse)
     : terms_(present_terms(bodies, options.modal.mass)),
-      system_(contacts.contacts,
-              contact_bodies(bodies, terms_, contacts, results, wet ? &coupled : nullptr)),
+      wet_inverse_(std::move(wet_inverse)),
+      system_(contacts.contacts, contact_bodies(bodies, terms_, contacts, results, wet_inverse_)),
       target_(contacts.target),
       solve_(contacts.solve),
       given_(bodies.size()) {
@@ -54,7 +54,7 @@ StageRows::StageRows(const CouplingOptions& options, double dt, const std::vecto
   }
   if (contacts.shapes.empty()) {
     const std::vector<ContactBody> masses =
-        contact_bodies(bodies, terms_, contacts, results, wet ? &coupled : nullptr);
+        contact_bodies(bodies, terms_, contacts, results, wet_inverse_);
     solve_.friction = options.walls.friction;
     constexpr double kStill = 1e-6;  // of what gravity adds in a step
     solve_.still = kStill * options.hydrostatics.gravity.norm() * dt;
@@ -67,7 +67,9 @@ StageRows::StageRows(const CouplingOptions& options, double dt, const std::vecto
     }
   }
   for (const Joint& joint : joints) joint_rows_.push_back(joint_rows(joint, at, terms));
-  joints_.setup(inverse_mass_, joint_rows_);
+  std::vector<const MatX*> answer = inverse_mass_;
+  for (std::size_t b = 0; b < wet_inverse_.size(); ++b) answer[b] = &wet_inverse_[b];
+  joints_.setup(answer, joint_rows_);
   if (!joints_.empty()) system_.tie(&joints_);
   lambda_.assign(system_.size(), Vec3::Zero());
 }
@@ -75,6 +77,24 @@ StageRows::StageRows(const CouplingOptions& options, double dt, const std::vecto
 void StageRows::start_from_last_step(const GroupContacts& contacts, double h) {
   if (!contacts.shapes.empty())
     lambda_ = contact_impulses(contacts.contacts, system_, contacts.start, h);
+}
+
+std::vector<VecX> StageRows::expected_free(std::vector<VecX> y) const {
+  std::vector<VecX> f(y.size());
+  for (std::size_t b = 0; b < y.size(); ++b) f[b] = VecX::Zero(y[b].size());
+  for (std::size_t k = 0; k < system_.size(); ++k) system_.add_impulse(k, lambda_[k], f);
+  for (std::size_t b = 0; b < y.size(); ++b) y[b] += (*inverse_mass_[b] - wet_inverse_[b]) * f[b];
+  return y;
+}
+
+std::vector<VecX> StageRows::free_of_rows(const std::vector<CoupledBody>& coupled,
+                                          const std::vector<StageResult>& results) const {
+  std::vector<VecX> y;
+  for (std::size_t b = 0; b < coupled.size(); ++b) {
+    y.push_back(coupled[b].y);
+    if (results[b].reaction.size() > 0) y[b] -= wet_inverse_[b] * results[b].reaction;
+  }
+  return y;
 }
 
 void StageRows::resolve(const std::vector<VecX>& y_free) {
@@ -98,7 +118,7 @@ Vec3 StageRows::held_speed(std::size_t k) const {
   return speed;
 }
 
-void StageRows::hold(bool wet) {
+void StageRows::hold() {
   constexpr double kSticks = 1.0 - 1e-9;  // of Coulomb's bound
   for (VecX& f : given_) f.resize(0);
   std::vector<RowBlock> rows = joint_rows_;
@@ -106,7 +126,7 @@ void StageRows::hold(bool wet) {
     if (lambda_[k][0] <= 0.0) continue;
     const ContactRows& c = system_.rows()[k];
     const bool sticks = lambda_[k].tail<2>().norm() < kSticks * solve_.friction * lambda_[k][0];
-    const int m = !wet ? 0 : sticks ? 3 : 1;
+    const int m = !wet() ? 0 : sticks ? 3 : 1;
     if (m > 0) {
       rows.push_back({c.a, c.b, c.J_a.topRows(m), MatX(), held_speed(k).head(m)});
       if (c.b >= 0) rows.back().B = c.J_b.topRows(m);

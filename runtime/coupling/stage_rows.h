@@ -12,12 +12,12 @@ namespace archetide {
 class StageRows {
  public:
   /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
-  /// `coupled`: its inverse masses must stay where they are; under water they
-  /// count the water that bodies carry along.
+  /// `coupled`: its inverse masses must stay where they are. `wet_inverse`: of every body in water,
+  /// how it answers an impulse once the water has: (H + added mass)^-1, roughly; empty: no water.
   StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
             const std::vector<StageBody>& bodies, const GroupContacts& contacts,
             const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,
-            bool wet);
+            std::vector<MatX> wet_inverse);
   StageRows(const StageRows&) = delete;
   StageRows& operator=(const StageRows&) = delete;
 
@@ -30,9 +30,15 @@ class StageRows {
   void start_from_last_step(const GroupContacts& contacts, double h);
   /// Impulses of the contacts, joints kept, on bodies that move with y_free without any of them.
   void resolve(const std::vector<VecX>& y_free);
+  /// y_free in water, before the solve: bodies at y once the water pushes as it did last, first
+  /// guesses of the contacts included.
+  std::vector<VecX> expected_free(std::vector<VecX> y) const;
+  /// y_free in water, after the solve: its velocities less what joints and contacts gave.
+  std::vector<VecX> free_of_rows(const std::vector<CoupledBody>& coupled,
+                                 const std::vector<StageResult>& results) const;
   /// Takes joints and, under water, what presses as rows; without water contacts are resolved
   /// already.
-  void hold(bool wet);
+  void hold();
   const ConstrainedInverse* held() const { return &held_; }
 
   /// y* of the coupled solve: y_star, sliding friction added and rows kept.
@@ -46,9 +52,11 @@ class StageRows {
  private:
   Vec3 held_speed(std::size_t k) const;
   std::vector<VecX> with_given(const std::vector<VecX>& y) const;
+  bool wet() const { return !wet_inverse_.empty(); }
 
   std::vector<ConfigurationTerms> terms_;
   std::vector<const MatX*> inverse_mass_;
+  std::vector<MatX> wet_inverse_;
   ContactSystem system_;
   VecX target_;  // m/s
   ContactSolveOptions solve_;

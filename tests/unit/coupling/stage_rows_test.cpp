@@ -40,11 +40,11 @@ TEST(StageRows, ContactsAreHeldAtSpeedsThatTheyCanHaveAtOnce) {
     contacts.contacts.push_back(c);
     contacts.start.push_back({0, -1, k, Vec3(0, 0, 0.4 * terms.mass / h)});
   }
-  StageRows rows(CouplingOptions(), h, {}, bodies, contacts, coupled, {result}, true);
+  StageRows rows(CouplingOptions(), h, {}, bodies, contacts, coupled, {result}, {coupled[0].inverse_mass});
   const std::vector<VecX> y = {generalised_velocity(body, terms)};
   rows.start_from_last_step(contacts, h);
   rows.resolve(y);
-  rows.hold(true);
+  rows.hold();
   rows.start(y, coupled);
   // what the guesses leave: 0.4 of the momentum each
   EXPECT_NEAR(coupled[0].y_star[2], -0.2, 1e-9);
