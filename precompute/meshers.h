@@ -25,7 +25,7 @@ TetMesh mesh_with_cgal(const TriMesh& surface, const MeshRequest& request);
 TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
                              const MeshRequest& request);
 
-/// Triangles of about the same `edge` (m) on the same surface, [Botsch, Kobbelt 2004]; edges
+/// Triangles of about the same `edge` (m) on the same surface, [BK04]; edges
 /// sharper than `sharp_angle` (degrees between face normals) stay.
 TriMesh remesh_surface(const TriMesh& surface, double edge, double sharp_angle);
 

@@ -12,7 +12,7 @@
 
 namespace archetide {
 
-/// F of one body (formulation sections 3 and 4): the volume flux that each generalised velocity
+/// F of one body (docs/method.md, C4; Eq. 45: G^T W^T J): the volume flux that each generalised velocity
 /// pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over (surface within
 /// the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid motion obeys
 /// the discrete divergence theorem to round-off and volume-changing modes need no extra term.

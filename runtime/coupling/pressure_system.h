@@ -7,8 +7,8 @@
 
 namespace archetide {
 
-/// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref)
-/// (formulation section 4b; g a vector, so the free surface carries p' = -rho g . (x_I - x_ref)).
+/// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref). g is
+/// a vector, so the free surface carries p' = -rho g . (x_I - x_ref) (docs/method.md, C1).
 struct Hydrostatics {
   double density = 1000.0;           // kg/m^3
   Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2

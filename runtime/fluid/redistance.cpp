@@ -90,7 +90,7 @@ double slope_to_remove(double slope) {
 }
 
 // Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton
-// towards the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative
+// towards the surface, and along it towards the foot of the perpendicular [Cho01]. Negative
 // when it does not get there. Fourth order, so that doing it often does not wander: dividing phi by
 // its slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
 double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
