@@ -131,7 +131,7 @@ void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vec
                              " elastic ones were found: the eigensolver missed some"));
 }
 
-/// What the runtime reads of the modes.
+/// Eqs. 7 and 9: the reduced matrices M_r = S^T M S and K_r = S^T K S.
 void reduce(const SparseMatrix& K, const SparseMatrix& mass, ModesResult& result) {
   const MatX& modes = result.node_modes;
   result.M_r = modes.transpose() * apply_mass(mass, modes);
@@ -256,6 +256,7 @@ double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 
 
 /// Reduces the matrices and demands that the modes are what they should be.
 void check_modes(const Problem& p, const ModesOptions& options, ModesResult& result) {
+  // The sums Σ m φ and Σ m x × φ below Eq. 1 are zero.
   result.rigid_content = largest(p.weighted_rigid.transpose() * result.node_modes);
   result.residuals = residuals(p.K, p.mass, result.omega2, result.node_modes);
   reduce(p.K, p.mass, result);

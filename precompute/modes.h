@@ -65,6 +65,7 @@ struct ModesResult {
 /// `profile` as assemble, order, factor, iterate, static, integrals, sturm. Throws NumericsError
 /// naming the failed check, InputError when the mesh has too few nodes for the count or is in
 /// several loose parts.
+/// Vibration modes as the coordinates of a body: [PW89].
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                           const ModesOptions& options, Profile& profile);
 

@@ -281,7 +281,7 @@ void Simulation::Impl::carry_markers(double dt) {
   water.carry_markers(dt, bodies);
 }
 
-// Stage 1: velocities at the half step move the bodies.
+// Section 6, positions: velocities at the half step move the bodies.
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
                                          StepReport& report) {
@@ -488,7 +488,7 @@ bool Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
   return report.halvings >= kMostHalvings || !between->sank(ahead, p);
 }
 
-// Between the stages: what bodies touch on x^{n+1} and v^n.
+// Section 6, contact between the stages [GBF03]: what bodies touch on x^{n+1} and v^n.
 bool Simulation::Impl::resolve_contact(double dt, StepReport& report) {
   const double before = energy_of_bodies();
   const bool apart = resolve_contacts(dt, report);
@@ -563,7 +563,8 @@ double Simulation::Impl::free_way(std::size_t b, double water_top) const {
   return std::max(least, way - kClearance * g.dx);
 }
 
-// Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
+// Section 6, velocities: the water surface, advection, forces over the whole step, and the solve
+// that ends it.
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
                                           const std::vector<std::vector<Vec3>>& read_points,
                                           StepReport& report) {

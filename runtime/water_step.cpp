@@ -262,7 +262,8 @@ void WaterStep::slow_down(double dt, MacField& u) const {
   }
 }
 
-// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in push_.
+// Eq. 22 without forces: u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step
+// ahead; a copy in push_.
 void WaterStep::advect_to_half(double dt) {
   const Grid& g = grid_;
   const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
@@ -273,8 +274,8 @@ void WaterStep::advect_to_half(double dt) {
   copy_values(u_half, push_);
 }
 
-// u_star for the full-step solve: the second half of the way after the reflection (two solves), or
-// all of it (one).
+// Eq. 22: u_star for the full-step solve: the second half of the way after the reflection (two
+// solves), or all of it (one).
 void WaterStep::advect_to_end(double dt) {
   const Grid& g = grid_;
   mark_water_faces(g, fluid.phi, target_);
@@ -301,6 +302,7 @@ void WaterStep::advect_to_end(double dt) {
   take_up_momentum(g, landings_, held_, u_star);
 }
 
+// Γ = u* − u^{n+1/2}, the push of Eq. 24.
 void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   copy_values(coupling.valid(), valid_);
   slow_down(dt, u_half);

@@ -83,6 +83,7 @@ bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& 
   return any;
 }
 
+// Jᵀ of Eq. 4 with the weights of Section 7, times the load.
 void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
   const Vec3 w = corner.cwiseProduct(weight_);
   const Vec3 arm = w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2];
@@ -146,7 +147,7 @@ class FluxColumns {
     const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
     return columns_.data() + first;
   }
-  /// B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
+  /// Eq. 16: B_i = R phi_i - (I^-1 D_i) x x takes the rigid spin out of each mode.
   BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {
     BodyFlux f;
     f.flux =
@@ -214,7 +215,8 @@ struct SweptSurface {
   std::vector<FluxColumns> columns;  // of every member
 };
 
-/// Every quantity is linear on a piece, so its value at the centroid times the area is exact.
+/// Gᵀ Wᵀ J of Eq. 45 with areas instead of 0 and 1. Every quantity is linear on a piece, so its
+/// value at the centroid times the area is exact.
 SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
   SweptSurface swept{SurfaceCells(cell_box(g, *s.points)), {}};

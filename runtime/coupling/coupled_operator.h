@@ -26,6 +26,7 @@ struct CoupledBody {
 /// Symmetric positive (semi-)definite; rank 6 + r per body, never formed. Bodies that rows tie
 /// together answer as one: H^-1 is then their constrained inverse (Eq. 49 with lambda_a
 /// eliminated).
+/// The system before bodies are reduced: [RMSF11].
 class CoupledOperator {
  public:
   /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is

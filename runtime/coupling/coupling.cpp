@@ -204,8 +204,8 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   c.y_star = out.motion.y_star;
   c.inverse_mass = out.motion.H.inverse();
   if (!wet()) return;
-  // (H + M) y = H y* + momentum of the water M that moves with the body: the paper's dual cells, or
-  // what the open fractions leave beside the wall.
+  // Eqs. 42 and 44: (H + M) y = H y* + momentum of the water M that moves with the body: the dual
+  // cells W β⁻¹ Wᵀ of the paper, or what the open fractions leave beside the wall.
   const MatX H = out.motion.H.dense();
   MatX& carried = carried_[b];
   if (skinned_[b]) {
@@ -296,7 +296,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
   return total;
 }
 
-// On the paper's constraint faces the water moves with the body.
+// Eq. 41: on constraint faces the water moves with the body.
 void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u) {
   for (std::size_t b = 0; b < voxels_.size(); ++b)
     for (const ConstraintFace& f : voxels_[b].faces)
@@ -432,9 +432,9 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     measure_impulses(dt, coupled, still);
   }
 
-  // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
-  // with it, walls, contacts and joints. Without water these last are known as impulses, equal and
-  // opposite to the last digit.
+  // Eq. 40: what the body received beyond its forces is H (y - y*): dynamic pressure, the water
+  // carried with it, walls, contacts and joints. Without water these last are known as impulses,
+  // equal and opposite to the last digit.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;

@@ -240,7 +240,8 @@ bool is_inner(const Grid& g, const Sides& open_side, const std::vector<RowKind>&
          water(j + 1, k, kYMax) && water(j, k - 1, kZMin) && water(j, k + 1, kZMax);
 }
 
-// Diagonal and surface terms of an unknown that has, or may have, a prescribed value beside it.
+// Eq. 23 at the surface [GFCK02]: diagonal and right-hand side of an unknown that has, or may have,
+// a prescribed value beside it.
 void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, PlaneSums& sums) {
   PoissonMatrix& A = s.matrix;
   const std::size_t n = A.kind.index(c[0], c[1], c[2]);
@@ -264,8 +265,8 @@ void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, Plane
   sums.at_surface.push_back(n);
 }
 
-// Diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond the tank;
-// `beside`: nx numbers to work on.
+// Eq. 23: diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond
+// the tank; `beside`: nx numbers to work on.
 void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned char* beside,
                   PressureSystem& s, PlaneSums& sums) {
   const PoissonMatrix& A = s.matrix;

@@ -88,6 +88,7 @@ struct SurfaceFace {
   double value;  // p'_I / rho, m^2/s^2 (at the unclamped crossing)
 };
 constexpr double kThetaMin = 1e-3;
+/// Pressure at the surface: [GFCK02].
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                          const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis,
                          int sign);
@@ -100,6 +101,7 @@ double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<d
 /// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
 /// address). `solids`: faces beside each solid, shared out by this function. `changed`: where
 /// `open` is not what it was in the last call for this system; null: anywhere.
+/// Eq. 23. The variational form beside solids: [BBB07].
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,

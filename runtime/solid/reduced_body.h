@@ -18,8 +18,8 @@ struct ModalOptions {
   ModalMass mass = ModalMass::kExact;
 };
 
-/// One instance of an archetype: pose, momenta, modal state. r = 0 is a rigid body through the same
-/// code. World frame unless the name ends in _body.
+/// One instance of an archetype: pose, momenta, modal state [SLYF15]. r = 0 is a rigid body through
+/// the same code. World frame unless the name ends in _body.
 struct ReducedBody {
   std::shared_ptr<const Archetype> archetype;
   double mass_scale = 1.0;  // density / archetype density; scales every mass, leaves K alone
