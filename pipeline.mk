@@ -37,7 +37,7 @@ ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev
   libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
 
-# Installs the Debian packages that are missing; asks nothing and touches nothing when all are there.
+# Installs the Debian packages that are missing; does nothing when all are there.
 deps:
 	@command -v dpkg-query >/dev/null || { echo "deps: this is not Debian; install by hand:" \
 	  "$(ARCHETIDE_PACKAGES)" >&2; exit 1; }; \
@@ -122,7 +122,7 @@ archetide_other_words = $(if $(strip $(call archetide_words,$(1))),$(shell \
 ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_words,$(scene)))
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
-# What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
+# What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
 ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)

@@ -12,7 +12,7 @@ struct SdfOptions {
 };
 
 /// Signed distance to a closed, outward oriented surface on a grid around it. Exact near the
-/// surface; farther out the closest triangle is handed on from node to node, which can miss a
+/// surface; farther out the closest triangle is passed on from node to node, which can miss a
 /// closer one by a small part of a cell.
 GridSdf sample_distance(const TriMesh& surface, const SdfOptions& options = {});
 

@@ -61,7 +61,7 @@ std::string choices_text(const std::vector<std::string>& choices) {
   return text;
 }
 
-// What the key wants, for the hint below an error.
+// What the key expects, for the hint below an error.
 std::string wanted(const Key& key) {
   std::string text = "expected " + type_name(key.type);
   if (!key.unit.empty()) text += " in " + key.unit;

@@ -94,7 +94,7 @@ bool holds_run(const std::string& out) {
 // `auto` in a folder with a run: an unfinished one of this scene goes on.
 RunStart resume_automatically(const Arguments& a, const CheckpointIdentity& identity) {
   const bool done = fs::exists(fs::path(a.out) / "done.stamp");
-  const bool either = a.replace && !a.resume.empty();  // said so: go on where possible
+  const bool either = a.replace && !a.resume.empty();  // both given: resume where possible
   const auto latest = done || (a.replace && !either) ? std::nullopt : latest_checkpoint(a.out);
   if (latest && (!either || state_fits(*latest, identity))) return {*latest, false};
   if (!a.replace)

@@ -39,7 +39,7 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   return w;
 }
 
-// Skins, met in place of the bodies under them; those of one kind share a shape.
+// Skins, met instead of the bodies under them; those of one kind share a shape.
 std::vector<ContactCover> contact_covers(const std::vector<SkinnedBodies>& skins,
                                          const std::vector<ReducedBody>& bodies) {
   std::map<const BoundSkin*, std::shared_ptr<const CoverShape>> known;
@@ -406,8 +406,9 @@ bool Simulation::Impl::close_joints(const std::vector<FreeMotion>& motions,
   return false;
 }
 
-// B^T f of each body's actuators, or empty. Both stages ask at the middle of the step: with the
-// trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy gained.
+// B^T f of each body's actuators, or empty. Both stages evaluate it at the middle of the step: with
+// the trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy
+// gained.
 std::vector<VecX> Simulation::Impl::actuation(double t,
                                               const std::vector<Configuration>& at) const {
   std::vector<VecX> force(bodies.size());

@@ -21,7 +21,7 @@ namespace {
 // The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
 // out fast, and water that comes there next takes the air's velocity. (A ring falling into a tub at
 // CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3. One bound for the whole tank, twice
-// the fastest face: its splash gains 10 % of its energy in place of 7 %.) Beyond CFL 5 water moves
+// the fastest face: its splash gains 10 % of its energy instead of 7 %.) Beyond CFL 5 water moves
 // through more air than is corrected, and the bound costs volume: a dam break at CFL 10 10 % in
 // place of 5 %.
 constexpr double kMostSpeedup = 1.5, kLargestBoundedCfl = 5.0;
@@ -36,7 +36,7 @@ void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask)
   for (std::size_t n = 0; n < cell.size(); ++n) marks[n] = solid[n] > 0.5;
 }
 
-// Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its
+// Faces next to cells that may be wet (beside solids a cell is sampled up to half a cell from its
 // centre): where the advected velocity is wanted.
 void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
   if (target[0].size() == 0) target.resize(g, 0);
@@ -280,7 +280,7 @@ void WaterStep::advect_to_end(double dt) {
   const Grid& g = grid_;
   mark_water_faces(g, fluid.phi, target_);
   if (single()) {
-    // The last solve's push stands in for that of a half step.
+    // The push of the last solve is used as that of a half step.
     const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
     continue_in_time(fluid.u, u_last_, share, valid_, carrier_);
     copy_values(fluid.u, u_last_);

@@ -97,7 +97,7 @@ class WaterStep {
   void set_ceiling(int layers);
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
-  /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
+  /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);

@@ -7,7 +7,7 @@
 namespace archetide {
 
 /// The generalised mass of a body held at m points of a wall, C y = target: what the coupled solve
-/// uses in place of H so that a body lying on the floor is at rest to round-off under any load,
+/// uses instead of H so that a body lying on the floor is at rest to round-off under any load,
 /// water included.
 ///
 ///   1. rows C of the points (contact_rows), reduced to pressing_rows(H, C, y*, target): those
@@ -19,7 +19,7 @@ namespace archetide {
 ///      friction) after the solve.
 ///
 /// Redundant rows (four corners of a rigid box) are ordinary: eigenvalues of C H⁻¹ Cᵀ below 1e-10
-/// of the largest count as zero, and the impulses are the least ones.
+/// of the largest count as zero, and the impulses are those of least norm.
 class ConstrainedMass {
  public:
   /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating

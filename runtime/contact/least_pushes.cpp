@@ -48,7 +48,7 @@ void settle(const MatX& A, const VecX& b, std::vector<int>& P, VecX& lambda) {
 }  // namespace
 
 VecX least_pushes(const MatX& A, const VecX& b) {
-  constexpr double kReached = 1e-12;  // of the largest speed asked for
+  constexpr double kReached = 1e-12;  // of the largest target speed
   const int m = static_cast<int>(b.size());
   VecX lambda = VecX::Zero(m);
   if (m == 0) return lambda;

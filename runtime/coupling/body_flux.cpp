@@ -133,7 +133,7 @@ void without_spin(const BodySurface& body, VecX& force) {
 
 namespace {
 
-/// F of one body as its surface is swept: a column for each cell that was asked for.
+/// F of one body as its surface is swept: a column for each cell that was requested.
 class FluxColumns {
  public:
   FluxColumns(const CellBox& box, int dofs) : dofs_(dofs), slots_(box) {}
@@ -241,8 +241,8 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   return swept;
 }
 
-// Takes the net flux from motions that have next to none: what the mesh leaves of modes that keep
-// the volume. A closed tank would hold them to it: an elastic sphere of 16k tets, 1e-5 of whose
+// Removes the net flux of motions whose net flux is an error of the mesh: modes that keep the
+// volume. A closed tank would stop such a mode: an elastic sphere of 16k tets, 1e-5 of whose
 // gross flux was left, rang 20 % too fast in one.
 void balance_flux(MatX& flux) {
   constexpr double kNothing = 1e-3;  // net flux that is the mesh's, of the gross flux

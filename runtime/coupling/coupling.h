@@ -62,7 +62,7 @@ struct StageResult {
 /// empty set.
 class Coupling {
  public:
-  /// `skins`: the water sees them in place of their members' own surfaces (cut cells only).
+  /// `skins`: the water sees them instead of their members' own surfaces (cut cells only).
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
            std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
 

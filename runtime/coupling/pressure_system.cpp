@@ -157,8 +157,8 @@ const double* face_row(const FaceField<double>& f, int j, int k, int axis, int s
 }
 
 // The kinds of row (j, k); returns whether a solid cuts any of its cells. Cells that no solid cuts
-// are asked at their centre; the closed sides of the tank cut nothing. `ones`: nx times 1, `whole`:
-// nx numbers to work on.
+// are sampled at their centre; the closed sides of the tank cut nothing. `ones`: nx times 1,
+// `whole`: nx numbers to work on.
 bool classify_row(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
                   const Sides& open_side, int j, int k, const double* ones, unsigned char* whole,
                   CellKind* kind) {

@@ -45,7 +45,7 @@ struct FreeSurface {
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x);
 
-/// What is known of a row of cells along x without asking them: no solid cuts any of them or their
+/// What is known of a row of cells along x without testing each: no solid cuts any of them or their
 /// neighbours' faces, and all are air, or water; of an inner one those around are water as well.
 enum class RowKind : unsigned char { kMixed, kAir, kWater, kInner };
 
@@ -70,10 +70,10 @@ struct PressureSystem {
   }
 };
 
-/// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell
-/// times its solid fraction. Beside a body the centre may lie inside the solid: asked there,
-/// pockets of a few per cent of a cell passed for air and swallowed water (measured: a heaving
-/// sphere lost 0.5 % of the tank in 2 s, 32^3).
+/// The point at which phi decides whether a cell is wet: its centre, moved towards its openings by
+/// half a cell times its solid fraction. Beside a body the centre may lie inside the solid: with
+/// phi read there, pockets of a few per cent of a cell passed for air and swallowed water
+/// (measured: a heaving sphere lost 0.5 % of the tank in 2 s, 32^3).
 struct WetPoint {
   Vec3 x;      // m
   double phi;  // m
@@ -99,9 +99,9 @@ double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<d
 
 /// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
 /// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
-/// address). `solids`: faces beside each solid, shared out by this function. `changed`: where
-/// `open` is not what it was in the last call for this system; null: anywhere.
-/// Eq. 23. The variational form beside solids: [BBB07].
+/// address). `solids`: faces beside each solid, which this function assigns to cells. `changed`:
+/// where `open` is not what it was in the last call for this system; null: anywhere. Eq. 23. The
+/// variational form beside solids: [BBB07].
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,

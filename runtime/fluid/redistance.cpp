@@ -221,7 +221,7 @@ void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
 
 // What the neighbours to one side say, m: `near` next to the cells, `next` beyond. Where distances
 // come down towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
-// psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
+// psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice depends on a
 // last digit.
 template <bool kSecondOrder>
 void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out,

@@ -15,7 +15,7 @@ namespace archetide {
 void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
                   Array3<double>& held, Array3<double>& residual);
 
-/// The flow u takes the residual along for dt: forward traces, shared out to the open cells around
+/// The flow u takes the residual along for dt: forward traces, distributed to the open cells around
 /// the end. Deep in the water what is small stays where it is. Cells that a solid fills give theirs
 /// to open ones beside them.
 void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
