@@ -24,7 +24,7 @@ constexpr double kLooseParts = 1e-8;   // lowest omega2 of one connected body, i
 constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of the lowest omega2
 constexpr double kOrthonormality = 1e-10;
 constexpr double kRigidContent = 1e-12;
-constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an inertia count is trusted
+constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an eigenvalue count is trusted
 
 template <class... Parts>
 std::string join(const Parts&... parts) {

@@ -224,7 +224,7 @@ void WaterStep::prepare(const Coupling& coupling) {
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
                               const std::vector<ReducedBody>& bodies) {
   if (fluid.markers.empty()) return;
-  keep_out_ = std::make_unique<KeepOut>(obstacles, 0.5 * grid_.dx);
+  push_out_ = std::make_unique<PushOut>(obstacles, 0.5 * grid_.dx);
   keep_markers_in_water(bodies);
 }
 
@@ -266,8 +266,8 @@ void WaterStep::slow_down(double dt, MacField& u) const {
 // ahead; a copy in push_.
 void WaterStep::advect_to_half(double dt) {
   const Grid& g = grid_;
-  const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
-  continue_in_time(fluid.u, u_half, ahead, valid_, carrier_);
+  const double intervals = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
+  continue_in_time(fluid.u, u_half, intervals, valid_, carrier_);
   mark_water_faces(g, fluid.phi, target_);
   advect_velocity(g, carrier_, fluid.u, 0.5 * dt, valid_, target_, u_half);
   damp_water(0.5 * dt, u_half);
@@ -391,7 +391,7 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
 }
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
-  if (!keep_out_) return;
+  if (!push_out_) return;
   advect_points(grid_, u_half, dt, fluid.markers);
   keep_markers_in_water(bodies);
 }
@@ -400,7 +400,7 @@ void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies)
 void WaterStep::keep_markers_in_water(const std::vector<ReducedBody>& bodies) {
   constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
   return_to_water(grid_, fluid.phi, fluid.markers);
-  keep_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
+  push_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
 }
 
 void WaterStep::visit_state(StateArchive& a) {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/contact/keep_out.h"
+#include "runtime/contact/push_out.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/fluid/spray.h"
@@ -124,7 +124,7 @@ class WaterStep {
   double drag_energy_ = 0.0, slowed_energy_ = 0.0;
   MacField carrier_;                   // transporting velocity, m/s
   MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
-  std::unique_ptr<KeepOut> keep_out_;  // null: no markers
+  std::unique_ptr<PushOut> push_out_;  // null: no markers
 };
 
 }  // namespace archetide

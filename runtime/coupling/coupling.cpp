@@ -117,10 +117,10 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   close_sides(g, options_.open_side, open_);
 }
 
-void Coupling::look_ahead(const std::vector<StageBody>& bodies) {
+void Coupling::prepare_geometry(const std::vector<StageBody>& bodies) {
   if (!wet()) return;
   update_geometry(bodies);
-  ahead_ = true;
+  geometry_is_prepared_ = true;
 }
 
 // Hydrostatic part of the water's pressure on every body.
@@ -198,7 +198,7 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   if (stage == Stage::kPositionHalf && in.near_wall) {
     WallContactOptions walls = options_.walls;
     walls.dt = dt;
-    out.contacts = contacts_ahead(body, out.motion, dt, walls);
+    out.contacts = reachable_wall_contacts(body, out.motion, dt, walls);
   }
 
   c.y_star = out.motion.y_star;
@@ -375,7 +375,7 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const NarrowFlow& narrow, const Array3<double>* held) {
   const Grid& g = options_.grid;
   if (wet()) {
-    if (!std::exchange(ahead_, false)) update_geometry(bodies);
+    if (!std::exchange(geometry_is_prepared_, false)) update_geometry(bodies);
     assemble(surface);
     add_narrow_flow(narrow, open_, u);
   }

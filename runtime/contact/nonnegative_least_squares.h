@@ -9,6 +9,6 @@ namespace archetide {
 /// Active set of [LH74], chapter 23: exact after finitely many exchanges, and it never
 /// keeps two points whose rows are dependent. Speeds within 1e-12 of the largest |b| count as
 /// reached.
-VecX least_pushes(const MatX& A, const VecX& b);
+VecX nonnegative_least_squares(const MatX& A, const VecX& b);
 
 }  // namespace archetide

@@ -12,9 +12,9 @@ namespace archetide {
 /// and opposite at one common point: P stays, and L of the two changes by what their levers have
 /// changed. Linear and angular momentum of all bodies then stay to round-off.
 ///
-/// `ahead`: of the position stage that moved the bodies. `reaction`: per body, what its joints gave
-/// in that stage and will give to P, 6 + r, N s; or empty.
-void take_back_pushes(const GroupContacts& ahead, const std::vector<VecX>& reaction, double dt,
-                      std::vector<ReducedBody>& bodies);
+/// `reachable`: of the position stage that moved the bodies. `reaction`: per body, what its joints
+/// gave in that stage and will give to P, 6 + r, N s; or empty.
+void split_impulses(const GroupContacts& reachable, const std::vector<VecX>& reaction, double dt,
+                    std::vector<ReducedBody>& bodies);
 
 }  // namespace archetide
