@@ -43,7 +43,8 @@ archetide_tests(test_architecture architecture archetide_flags)
 if(TARGET archetide_precompute)
   archetide_tests(test_unit_precompute unit/precompute archetide_precompute)
   add_dependencies(test_unit_precompute archetide-precompute)
-  set_source_files_properties(tests/unit/precompute/interrupt_test.cpp PROPERTIES COMPILE_DEFINITIONS
+  set_source_files_properties(tests/unit/precompute/interrupt_test.cpp
+    tests/unit/precompute/command_line_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_PRECOMPUTE_BIN="$<TARGET_FILE:archetide-precompute>")
 endif()
 archetide_tests(test_analytic analytic archetide_scene archetide_test_support)

@@ -79,6 +79,8 @@ class RunWriter {
   void on_frame(Simulation& simulation);
   /// Summary and the final manifest; done.stamp only when exit_code is 0. `reason` may be empty.
   void finish(int exit_code, const std::string& reason, const Simulation& simulation);
+  /// The same of a run that was to go only so far: exit code 0, but no done.stamp.
+  void finish_part(const std::string& reason, const Simulation& simulation);
   /// Into the manifest of finish().
   void add_closed_form(const Manifest::ClosedFormEntry& entry);
   /// Number of the frame that was written last, -1: none.
