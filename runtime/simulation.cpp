@@ -344,10 +344,8 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
 }
 
 // Where the velocities that bodies have take them in half a step: the water's velocity in the
-// middle of the step belongs to the walls as they stand then. (Against those of x^n a sphere that
-// rises by two radii at CFL 1 lost a quarter of the energy; with them, and displaced_push, a
-// thirtieth.) Modes by their implicit rule, but from balance: stiff ones hardly move, and nothing
-// that rests.
+// middle of the step belongs to the walls as they stand then [D47]. Modes by their implicit rule,
+// but from balance: stiff ones hardly move, and nothing that rests.
 void Simulation::Impl::guess_half_way(double dt) {
   half_way = bodies;
   for (ReducedBody& body : half_way) {

@@ -19,11 +19,8 @@ namespace archetide {
 namespace {
 
 // The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
-// out fast, and water that comes there next takes the air's velocity. (A ring falling into a tub at
-// CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3. One bound for the whole tank, twice
-// the fastest face: its splash gains 10 % of its energy instead of 7 %.) Beyond CFL 5 water moves
-// through more air than is corrected, and the bound costs volume: a dam break at CFL 10 10 % in
-// place of 5 %.
+// out fast, and water that comes there next takes the air's velocity. Beyond CFL 5 water moves
+// through more air than is corrected, and the bound costs volume [D24].
 constexpr double kMostSpeedup = 1.5, kLargestBoundedCfl = 5.0;
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.
@@ -244,8 +241,7 @@ double WaterStep::damp_water(double dt, MacField& u) const {
   return options_.water_density * damp(grid_, options_.damping, dt, target_, held_, u);
 }
 
-// The farthest that a step can carry, m/s. (Jets that cross 24 cells a step, slope after slope,
-// gain a tenth of their speed in each.)
+// The largest speed that a step can carry, m/s [D20].
 double WaterStep::most_speed(double dt) const {
   const double cells = std::max(options_.cfl, std::min(3.0 * options_.cfl, 10.0));
   return cells * grid_.dx / dt;

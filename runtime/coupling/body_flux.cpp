@@ -242,8 +242,7 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
 }
 
 // Removes the net flux of motions whose net flux is an error of the mesh: modes that keep the
-// volume. A closed tank would stop such a mode: an elastic sphere of 16k tets, 1e-5 of whose
-// gross flux was left, rang 20 % too fast in one.
+// volume. A closed tank would stop such a mode [D37].
 void balance_flux(MatX& flux) {
   constexpr double kNothing = 1e-3;  // net flux that is the mesh's, of the gross flux
   for (Eigen::Index d = 0; d < flux.rows(); ++d) {

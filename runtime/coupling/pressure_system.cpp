@@ -72,8 +72,7 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
     if (gravity[axis] == 0.0) continue;
     sum += gravity[axis] * way;
   }
-  // (Water falling between two pools: a face beside a partition drove itself from 14 to 240 m/s in
-  // 12 steps.)
+  // In impacts the pressure would feed on itself [D38].
   const double usual = surface.usual_acceleration;
   const double share = usual > 0.0 ? share_without_impact(std::sqrt(square) / usual) : 1.0;
   const double beyond = farthest / kFarthestPush;

@@ -19,9 +19,8 @@ struct Hydrostatics {
 };
 
 /// How far back in the step, in steps, surface and bodies are read for their hydrostatic pressure.
-/// 1/2 leaves oscillations undamped, 1/2 - c takes c/2 (w dt)^2 of one of frequency w in a step: of
-/// the sloshing of a tank of 64 cells 0.3 % a period at the largest step, of waves of two cells 0.8
-/// % a step.
+/// 1/2 leaves oscillations undamped, 1/2 - c takes c/2 (w dt)^2 of one of frequency w in a step
+/// [D38].
 constexpr double kReadBack = 0.495;
 
 /// The free surface as the pressure sees it. The interface may be read earlier in the step: its
@@ -71,9 +70,7 @@ struct PressureSystem {
 };
 
 /// The point at which phi decides whether a cell is wet: its centre, moved towards its openings by
-/// half a cell times its solid fraction. Beside a body the centre may lie inside the solid: with
-/// phi read there, pockets of a few per cent of a cell passed for air and swallowed water
-/// (measured: a heaving sphere lost 0.5 % of the tank in 2 s, 32^3).
+/// half a cell times its solid fraction. Beside a body the centre may lie inside the solid [D36].
 struct WetPoint {
   Vec3 x;      // m
   double phi;  // m

@@ -17,8 +17,7 @@ namespace archetide {
 /// the full-step solve keeps the whole pressure impulse, on bodies too.
 
 /// How much of an acceleration is taken for the flow's own, by its size in usual ones: all up to 1,
-/// nothing from 2 on, where it is an impact's. (From 2 to 4: eight random violent scenes gain 2.2 %
-/// of energy in the mean instead of 1.6.)
+/// nothing from 2 on, where it is an impact's [D38].
 inline double share_without_impact(double size) {
   constexpr double kAllOf = 1.0, kNothingOf = 2.0;
   return std::min(std::max((kNothingOf - size) / (kNothingOf - kAllOf), 0.0), 1.0);

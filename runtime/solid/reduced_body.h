@@ -9,9 +9,9 @@
 
 namespace archetide {
 
-/// How the modes are advanced: the trapezoidal rule (default) or backward Euler (Eq. 31).
+/// How the modes are advanced: the trapezoidal rule (default) [D32] or backward Euler (Eq. 31).
 enum class ModalStep { kTrapezoid, kBackwardEuler };
-/// M_q = B^T M B at the current q (default), or the paper's constant M_r.
+/// M_q = B^T M B at the current q (default) [D2], or the paper's constant M_r.
 enum class ModalMass { kExact, kPaper };
 struct ModalOptions {
   ModalStep step = ModalStep::kTrapezoid;
