@@ -192,24 +192,24 @@ scorecard: deps
 # programs, is not run again. Fails, with the page written, when something failed or misses its target.
 ARCHETIDE_TORUS60K = $(ARCHETYPES)/torus60k.h5
 $(ARCHETIDE_TORUS60K): $(ASSETS)/bodies/torus.body.toml | $(ARCHETIDE_PRECOMPUTE)
-	@mkdir -p $(OUT)/measured
+	@mkdir -p '$(OUT)/measured'
 	sed -e 's|^mesh = .*|mesh = "$(abspath $(ASSETS))/bodies/torus.obj"|' -e 's|^tet = .*|tet = { target = 60_000, order = 1 }|' \
-	  $< >$(OUT)/measured/torus60k.body.toml
-	$(ARCHETIDE_PRECOMPUTE) build $(OUT)/measured/torus60k.body.toml -o $@ -t 1
+	  '$<' >'$(OUT)/measured/torus60k.body.toml'
+	'$(ARCHETIDE_PRECOMPUTE)' build '$(OUT)/measured/torus60k.body.toml' -o '$@' -t 1
 
+ARCHETIDE_SWEEPS := geometry scheme cfl modes tolerance particles contact joints
 measurements: deps
 	$(call archetide_compile)
-	+$(ARCHETIDE_MAKE) bodies $(ARCHETIDE_TORUS60K)
-	@mkdir -p $(OUT)/measured
-	-$(if $(QUICK),$(BUILD)/bin/scorecard --quick -o $(OUT)/scorecard.csv,+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard)
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies '$(ARCHETIDE_TORUS60K)'
+	-$(if $(QUICK),'$(BUILD)/bin/scorecard' --quick -o '$(OUT)/scorecard.csv',+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard)
 	-+$(ARCHETIDE_MAKE) OUT='$(OUT)' QUICK='$(if $(SLOW),,1)' hard
-	-ARCHETYPES='$(ARCHETYPES)' ASSETS='$(ASSETS)' QUICK='$(QUICK)' SLOW='$(SLOW)' sh $(ARCHETIDE_ROOT)tests/bench/run_benches.sh \
-	  $(ARCHETIDE_ROOT)tests/bench/benches.txt $(BUILD)/bin $(OUT)/measured
-	$(BUILD)/bin/scorecard $(if $(QUICK),--quick) -o $(OUT)/scorecard.csv --report $(ARCHETIDE_ROOT)docs/measurements.md \
-	  --commit "$$(git -C $(or $(ARCHETIDE_ROOT),.) describe --always --dirty 2>/dev/null)" \
-	  --hard $(OUT)/hard/hard.csv --benches $(OUT)/measured/benches.csv \
-	  $(foreach s,geometry scheme cfl modes tolerance particles contact joints,--sweep $(OUT)/bench/$(s)/bench.csv) \
-	  --recorded $(ARCHETIDE_ROOT)tests/scorecard/recorded.csv
+	-ARCHETYPES='$(ARCHETYPES)' ASSETS='$(ASSETS)' QUICK='$(QUICK)' SLOW='$(SLOW)' \
+	  sh '$(ARCHETIDE_ROOT)tests/bench/run_benches.sh' '$(ARCHETIDE_ROOT)tests/bench/benches.txt' '$(BUILD)/bin' '$(OUT)/measured'
+	'$(BUILD)/bin/scorecard' $(if $(QUICK),--quick) -o '$(OUT)/scorecard.csv' --report '$(ARCHETIDE_ROOT)docs/measurements.md' \
+	  --commit "$$(git -C '$(or $(ARCHETIDE_ROOT),.)' describe --always --dirty 2>/dev/null)" \
+	  --hard '$(OUT)/hard/hard.csv' --benches '$(OUT)/measured/benches.csv' \
+	  $(foreach s,$(ARCHETIDE_SWEEPS),--sweep '$(OUT)/bench/$(s)/bench.csv') \
+	  --recorded '$(ARCHETIDE_ROOT)tests/scorecard/recorded.csv'
 
 # Validates every scene, runs those that are stale; a run that misses its [expect] fails.
 check-scenes: | $(ARCHETIDE_SIM) bodies
