@@ -141,6 +141,12 @@ Faults missing(const std::string& path, const Tags& named, const Tags& known) {
   return faults;
 }
 
+/// Files that a page of Markdown links to, as it names them: [text](docs/scenes.md#section).
+std::vector<std::string> links_of(const std::string& text) {
+  static const std::regex kLink("\\]\\(([^)#:\\s]+)(?:#[^)]*)?\\)");
+  return matches(text, kLink);
+}
+
 /// Numbers of the paper's equations that have a row in the table of a document: | 16 | ..
 std::set<int> equations_listed(const std::string& text) {
   std::set<int> numbers;
@@ -189,6 +195,28 @@ TEST(Documents, MethodListsEveryEquationOfThePaper) {
     EXPECT_TRUE(listed.count(equation)) << "Eq. " << equation;
 }
 
+TEST(Documents, LinksLeadToFiles) {
+  std::vector<std::string> pages = documents();
+  pages.push_back("README.md");
+  std::size_t links = 0;
+  for (const std::string& page : pages)
+    for (const std::string& link : links_of(source_tree::read(page))) {
+      const auto file = (source_tree::root() / page).parent_path() / link;
+      EXPECT_TRUE(std::filesystem::exists(file)) << page << " links to " << link;
+      ++links;
+    }
+  EXPECT_GT(links, 20u);
+}
+
+TEST(Documents, TheReadmeIsShortAndNamesTheTests) {
+  const std::string readme = source_tree::read("README.md");
+  EXPECT_LE(readme.size(), 8000u);
+  std::istringstream ci(source_tree::read(".ci/run"));
+  std::string command;
+  for (std::string line; std::getline(ci, line);) command = line;  // the last one runs the tests
+  EXPECT_NE(readme.find(command), std::string::npos) << command;
+}
+
 TEST(Documents, PlantedReferencesAreFound) {
   const auto found = references_of("see `runtime/a.cpp: f`, `b.mk: g,\n h` and `runtime/c.cpp`");
   ASSERT_EQ(found.size(), 2u);
@@ -208,5 +236,7 @@ TEST(Documents, PlantedTagsAreFound) {
   EXPECT_EQ(papers_defined("**[EMF02]** Enright\nsee **[AB99]**\n"), Tags{"EMF02"});
   EXPECT_EQ(decisions_defined("## D17 Title\n### D18\n## D2\n"), (Tags{"D17", "D2"}));
   EXPECT_EQ(missing("a", {"AB99", "CD00"}, {"AB99"}).size(), 1u);
+  EXPECT_EQ(links_of("[a](b.md) [c](d.md#e) ![f](g/h.png) x[i](t) http://j"),
+            (std::vector<std::string>{"b.md", "d.md", "g/h.png", "t"}));
   EXPECT_EQ(comments_of("int a;  // [EMF02]\nint b[3];\n"), "// [EMF02]\n");
 }
