@@ -27,7 +27,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard demo bodies runs report scorecard list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -37,7 +37,7 @@ ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev
   libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
 
-# Installs the Debian packages that are missing; asks nothing and touches nothing when all are there.
+# Installs the Debian packages that are missing; does nothing when all are there.
 deps:
 	@command -v dpkg-query >/dev/null || { echo "deps: this is not Debian; install by hand:" \
 	  "$(ARCHETIDE_PACKAGES)" >&2; exit 1; }; \
@@ -122,8 +122,8 @@ archetide_other_words = $(if $(strip $(call archetide_words,$(1))),$(shell \
 ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_words,$(scene)))
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
-# What each scene reads (archetypes, obstacles), asked from the simulator when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+# What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p $(@D)
@@ -186,6 +186,30 @@ scorecard: deps
 	  $(addprefix $(OUT)/bench/,geometry scheme cfl modes tolerance particles contact joints) \
 	  -o $(OUT)/scorecard.html || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
+
+# Everything measured, as docs/measurements.md: the scorecard with its sweeps, the hard cases, and the programs of
+# tests/bench/benches.txt. QUICK=1: what takes seconds; SLOW=1: what takes hours as well. What is there, of the same
+# programs, is not run again. Fails, with the page written, when something failed or misses its target.
+ARCHETIDE_TORUS60K = $(ARCHETYPES)/torus60k.h5
+$(ARCHETIDE_TORUS60K): $(ASSETS)/bodies/torus.body.toml | $(ARCHETIDE_PRECOMPUTE)
+	@mkdir -p '$(OUT)/measured'
+	sed -e 's|^mesh = .*|mesh = "$(abspath $(ASSETS))/bodies/torus.obj"|' -e 's|^tet = .*|tet = { target = 60_000, order = 1 }|' \
+	  '$<' >'$(OUT)/measured/torus60k.body.toml'
+	'$(ARCHETIDE_PRECOMPUTE)' build '$(OUT)/measured/torus60k.body.toml' -o '$@' -t 1
+
+ARCHETIDE_SWEEPS := geometry scheme cfl modes tolerance particles contact joints
+measurements: deps
+	$(call archetide_compile)
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies '$(ARCHETIDE_TORUS60K)'
+	-$(if $(QUICK),'$(BUILD)/bin/scorecard' --quick -o '$(OUT)/scorecard.csv',+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard)
+	-+$(ARCHETIDE_MAKE) OUT='$(OUT)' QUICK='$(if $(SLOW),,1)' hard
+	-ARCHETYPES='$(ARCHETYPES)' ASSETS='$(ASSETS)' QUICK='$(QUICK)' SLOW='$(SLOW)' \
+	  sh '$(ARCHETIDE_ROOT)tests/bench/run_benches.sh' '$(ARCHETIDE_ROOT)tests/bench/benches.txt' '$(BUILD)/bin' '$(OUT)/measured'
+	'$(BUILD)/bin/scorecard' $(if $(QUICK),--quick) -o '$(OUT)/scorecard.csv' --report '$(ARCHETIDE_ROOT)docs/measurements.md' \
+	  --commit "$$(git -C '$(or $(ARCHETIDE_ROOT),.)' describe --always --dirty 2>/dev/null)" \
+	  --hard '$(OUT)/hard/hard.csv' --benches '$(OUT)/measured/benches.csv' \
+	  $(foreach s,$(ARCHETIDE_SWEEPS),--sweep '$(OUT)/bench/$(s)/bench.csv') \
+	  --recorded '$(ARCHETIDE_ROOT)tests/scorecard/recorded.csv'
 
 # Validates every scene, runs those that are stale; a run that misses its [expect] fails.
 check-scenes: | $(ARCHETIDE_SIM) bodies
@@ -250,6 +274,7 @@ help:
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
 	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
+	@echo '  measurements everything measured, as docs/measurements.md; QUICK=1: what takes seconds, SLOW=1: what takes hours too'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
 	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
 	@echo '  nightly      check, every slow test and the whole scorecard; takes hours'

@@ -135,8 +135,9 @@ struct ArchetypeReader : FieldReader {
 void demand_our_format(const Hdf5Reader& file) {
   if (!file.has_attribute("format") || file.text_attribute("format") != kFormat) {
     const bool skin = file.has_attribute("format") && file.text_attribute("format") == kSkinFormat;
-    file.fail(skin ? "a skin, not a body: it belongs in a [[skin]] of a scene"
-                   : "an HDF5 file, but not a body archetype");
+    if (skin)  // nothing has to be built again
+      throw FileError(file.path() + ": a skin, not a body: it belongs in a [[skin]] of a scene");
+    file.fail("an HDF5 file, but not a body archetype");
   }
   const int version = file.int_attribute("format_version");
   if (version != Archetype::kFormatVersion) {

@@ -15,8 +15,8 @@ namespace archetide {
 /// Integrals of the rest shape x and the modes phi_i over the mass of the body, in the body frame
 /// whose origin is the centre of mass. "sum m" is the mass-weighted double sum of the consistent
 /// (or lumped) mass matrix. They reproduce inertia, momenta, kinetic energy and fictitious forces
-/// exactly at any q, so a body step never touches the mesh (formulas in
-/// runtime/solid/reduced_body.h).
+/// exactly at any q, so a step of a body never reads the mesh (docs/method.md, P6 and S1;
+/// runtime/solid/configuration_terms.cpp).
 struct MomentumIntegrals {
   double mass = 0.0;        // kg
   Mat3 Sxx = Mat3::Zero();  // sum m x x^T, kg m^2

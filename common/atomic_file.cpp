@@ -58,6 +58,11 @@ void AtomicFile::commit() {
   sync_to_disk(folder_of(path_), O_RDONLY | O_DIRECTORY);
 }
 
+void make_folder_of(const std::string& path) {
+  std::error_code ignored;
+  std::filesystem::create_directories(folder_of(path), ignored);
+}
+
 void write_file_atomically(const std::string& path, std::string_view bytes) {
   AtomicFile file(path);
   std::ofstream out(file.part(), std::ios::binary | std::ios::trunc);

@@ -24,6 +24,9 @@ class AtomicFile {
   bool committed_ = false;
 };
 
+/// Creates the folder of a file that is about to be written; the writer reports a failure.
+void make_folder_of(const std::string& path);
+
 /// The whole of a small file at once. Throws MachineError.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -36,12 +37,28 @@ int threads_from_environment() {
   return static_cast<int>(threads);
 }
 
+// "error: MESSAGE", or the message alone when its first line says so already.
+std::string with_error_prefix(const std::string& message) {
+  const bool there = message.substr(0, message.find('\n')).find("error: ") != std::string::npos;
+  return there ? message : "error: " + message;
+}
+
 int report(const std::string& message, int code) {
   log_error(message);
   return code;
 }
 
 }  // namespace
+
+std::string number_message(const std::string& text, bool zero) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool is_number = end != text.c_str() && *end == '\0';
+  const bool allowed =
+      value <= std::numeric_limits<double>::max() && (zero ? value >= 0.0 : value > 0.0);
+  if (is_number && allowed) return "";
+  return text + " is not a number " + (zero ? "of at least 0" : "above 0");
+}
 
 std::string exit_code_help() {
   return "Exit codes:\n"
@@ -87,14 +104,17 @@ void log_detail(const std::string& line) {
   if (current_level == LogLevel::kVerbose) write_line(line, true);
 }
 
-void check_verb(int argc, char** argv, const std::vector<std::string>& verbs) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  const std::string verb = argv[1];
-  if (std::find(verbs.begin(), verbs.end(), verb) != verbs.end()) return;
+InputError unknown_verb(const std::string& verb, const std::vector<std::string>& verbs) {
   const std::string match = closest_match(verb, verbs);
   std::string hint = match.empty() ? "known verbs:" : "did you mean '" + match + "'? Known verbs:";
   for (const std::string& known : verbs) hint += " " + known;
-  throw InputError("unknown verb '" + verb + "'", hint);
+  return InputError("unknown verb '" + verb + "'", hint);
+}
+
+void check_verb(int argc, char** argv, const std::vector<std::string>& verbs) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  if (std::find(verbs.begin(), verbs.end(), argv[1]) == verbs.end())
+    throw unknown_verb(argv[1], verbs);
 }
 
 InputError command_line_error(const std::string& message, int argc, char** argv,
@@ -114,8 +134,7 @@ int report_current_exception() {
   try {
     throw;
   } catch (const Error& error) {
-    const std::string prefix = error.exit_code == kExitInput ? "" : "error: ";
-    return report(prefix + error.what(), error.exit_code);
+    return report(with_error_prefix(error.what()), error.exit_code);
   } catch (const std::bad_alloc&) {
     return report("error: out of memory; use a coarser grid or fewer particles", kExitMachine);
   } catch (const std::exception& error) {

@@ -16,6 +16,9 @@ struct CommonOptions {
   std::string log_file;  // a copy of the log
 };
 
+/// Why `text` is no finite number above 0 (or 0, if `zero`); "" when it is one.
+std::string number_message(const std::string& text, bool zero);
+
 /// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
 template <class App>
 void add_common_options(App& app, CommonOptions& options) {
@@ -25,6 +28,15 @@ void add_common_options(App& app, CommonOptions& options) {
   app.add_flag("-v,--verbose", options.verbose, "say more");
   app.add_flag("-q,--quiet", options.quiet, "errors only");
   app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
+}
+
+/// Checks of a number on the command line, for CLI::Option::check(): the message when it fails, or
+/// "".
+inline auto positive_number() {
+  return [](const std::string& text) { return number_message(text, false); };
+}
+inline auto non_negative_number() {
+  return [](const std::string& text) { return number_message(text, true); };
 }
 
 /// The exit codes as a paragraph for --help.
@@ -44,7 +56,9 @@ void log_error(const std::string& line);
 void log_info(const std::string& line);
 void log_detail(const std::string& line);  // with -v
 
-/// Throws InputError when the first word of the command line is no verb, with the nearest one.
+/// The error about a verb that there is not, with the nearest one and a list of all.
+InputError unknown_verb(const std::string& verb, const std::vector<std::string>& verbs);
+/// Throws it when the first word of the command line is no verb.
 void check_verb(int argc, char** argv, const std::vector<std::string>& verbs);
 
 /// For the message of a command-line parser: adds the nearest of `known` options or verbs for each

@@ -302,7 +302,7 @@ DataArray Hdf5Reader::read(const std::string& name) const {
     data.shape.assign(dims.begin(), dims.begin() + rank);
   }
 
-  // A damaged shape must not make us ask for more memory than the file can fill.
+  // A damaged shape must not make us allocate more memory than the file can fill.
   std::size_t bytes = item_bytes(data.type);
   for (const std::size_t n : data.shape) {
     if (n > 0 && bytes > file_bytes_ / n) fail("field " + name + " is longer than the file");

@@ -63,6 +63,7 @@ class Hdf5Reader {
   bool has_attribute(const std::string& name) const;
   std::string text_attribute(const std::string& name) const;
   int int_attribute(const std::string& name) const;
+  const std::string& path() const { return path_; }
   [[noreturn]] void fail(const std::string& what) const;
 
  private:

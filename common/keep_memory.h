@@ -8,8 +8,8 @@
 namespace archetide {
 
 /// From here on memory that is freed stays with the process. Fields of a step, fronts of a factor
-/// are freed and asked for again in the next; handed back, the system clears every page of them
-/// again.
+/// are freed and allocated again in the next; returned to the system, the system clears every page
+/// of them again.
 inline void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);

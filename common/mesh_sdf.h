@@ -12,15 +12,14 @@ struct SdfOptions {
 };
 
 /// Signed distance to a closed, outward oriented surface on a grid around it. Exact near the
-/// surface; farther out the closest triangle is handed on from node to node, which can miss a
+/// surface; farther out the closest triangle is passed on from node to node, which can miss a
 /// closer one by a small part of a cell.
 GridSdf sample_distance(const TriMesh& surface, const SdfOptions& options = {});
 
-/// How often the closed surface winds around x: 1 inside, 0 outside (solid angles, [Van Oosterom,
-/// Strackee 1983]).
+/// How often the closed surface winds around x: 1 inside, 0 outside (solid angles, [OS83]).
 double winding_number(const TriMesh& mesh, const Vec3& x);
 
-/// The point of triangle (a, b, c) closest to x, [Ericson 2005, 5.1.5].
+/// The point of triangle (a, b, c) closest to x, [Eri05], 5.1.5.
 Vec3 closest_point_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace archetide

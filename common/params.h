@@ -11,8 +11,8 @@ namespace archetide {
 
 /// A typed view of one table of a validated file. Paths are relative to the table and may be dotted
 /// ("material.density"). A value that the file lacks is the schema's default; one that has no
-/// default is a bug of the caller (AssertionError), who asks has() first. Every look-up marks the
-/// key as read.
+/// default is a bug of the caller (AssertionError), who must call has() first. Every look-up marks
+/// the key as read.
 class Section {
  public:
   /// True when the file itself has the key.

@@ -61,7 +61,7 @@ std::string choices_text(const std::vector<std::string>& choices) {
   return text;
 }
 
-// What the key wants, for the hint below an error.
+// What the key expects, for the hint below an error.
 std::string wanted(const Key& key) {
   std::string text = "expected " + type_name(key.type);
   if (!key.unit.empty()) text += " in " + key.unit;
@@ -178,7 +178,7 @@ class Checker {
     const Key* key = schema_.find(join(path, name));
     if (!key) key = schema_.find(join(path, name) + "[]");
     const std::string entry = join(shown, name);
-    if (!key) return unknown_key(name, value, path, entry);
+    if (!key) return unknown_key(name, value, path, shown);
     const std::vector<Diagnostic> bad = check_value(*key, value, entry);
     found_.insert(found_.end(), bad.begin(), bad.end());
     if (!bad.empty()) return;
@@ -190,15 +190,15 @@ class Checker {
   }
 
   void unknown_key(const std::string& name, const ParamNode& value, const std::string& path,
-                   const std::string& entry) {
+                   const std::string& shown) {
     const std::vector<std::string>& known = schema_.children(path);
     const std::string match = closest_match(name, known);
-    std::string hint = "did you mean '" + match + "'?";
+    std::string hint = "did you mean '" + join(shown, match) + "'?";
     if (match.empty()) {
       hint = "known here:";
       for (const std::string& child : known) hint += " " + child;
     }
-    found_.push_back({value.key_where, "unknown key '" + entry + "'", hint});
+    found_.push_back({value.key_where, "unknown key '" + join(shown, name) + "'", hint});
   }
 
   void check_required(const ParamNode& table, const std::string& path, const std::string& shown) {

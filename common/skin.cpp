@@ -5,6 +5,7 @@
 #include "common/check.h"
 #include "common/field_io.h"
 #include "common/hdf5_file.h"
+#include "common/input_error.h"
 #include "common/sha256.h"
 
 namespace archetide {
@@ -124,7 +125,8 @@ std::string write_skin(const std::string& path, const Skin& skin) {
 
 Skin read_skin(const std::string& path) {
   const Hdf5Reader file(path, kAdvice);
-  if (!is_skin(file)) file.fail("not a skin; a body belongs in a [[body]] of a scene");
+  if (!is_skin(file))  // nothing has to be built again
+    throw FileError(path + ": not a skin; a body belongs in a [[body]] of a scene");
   const int version = file.int_attribute("format_version");
   if (version != Skin::kFormatVersion)
     file.fail("format version " + std::to_string(version) + ", this program reads version " +

@@ -5,7 +5,7 @@
 namespace archetide {
 namespace {
 
-/// Barycentric points and weights (of area 1) on a triangle, degree 5 [Radon 1948].
+/// Barycentric points and weights (of area 1) on a triangle, degree 5 [Rad48].
 struct TriangleRule {
   std::vector<Vec3> points;
   std::vector<double> weights;

@@ -76,7 +76,7 @@ std::optional<BuildRecord> read_record(const std::string& archetype_path, const 
     const BuildRecord record = parsed(Json::parse(in));
     if (record.hash == hash) return record;
   } catch (const nlohmann::json::exception&) {
-    // Not ours, or changed by hand: as good as none.
+    // Not ours, or changed by hand: ignored.
   }
   return {};
 }

@@ -11,8 +11,8 @@ namespace archetide {
 /// what the modes before it left of their space. The reference fields are e_x, e_y, e_z times the
 /// monomials of degree 0 to 4 in the coordinates, in this order; the first one is taken that keeps
 /// at least half of the largest remaining projection, so that the choice between equivalent axes
-/// does not hang on round-off. Then every sign is that of a positive largest component. Modes that
-/// only nearly coincide (unstructured meshes) are fixed by the mesh and stay. `omega2`: r,
+/// does not depend on round-off. Then every sign is that of a positive largest component. Modes
+/// that only nearly coincide (unstructured meshes) are fixed by the mesh and stay. `omega2`: r,
 /// ascending; `modes`: 3n x r, M-orthonormal; `nodes` relative to the centre of mass.
 void canonicalise(const std::vector<Vec3>& nodes, const SparseMatrix& mass, const VecX& omega2,
                   MatX& modes);

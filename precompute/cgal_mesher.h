@@ -3,7 +3,7 @@
 // Shared by the two CGAL translation units only: one mesh domain type per unit keeps the compiler
 // small.
 
-// CGAL dumps files into the current folder when it gives up: not here.
+// CGAL dumps files into the current folder when it fails: not here.
 #define CGAL_MESH_3_DUMP_C3T3_H
 #include <string>
 namespace CGAL {

@@ -22,9 +22,9 @@ struct EigenResult {
 };
 
 /// The lowest eigenpairs of K phi = lambda M phi that are M-orthogonal to `deflated` (3n x d,
-/// M-orthonormal eigenvectors known beforehand; d may be 0). ARPACK shift-invert; `factor` is that
-/// of K - sigma M, `mass` is scalar n x n. Not reentrant (ARPACK keeps static state). Throws
-/// NumericsError.
+/// M-orthonormal eigenvectors known beforehand; d may be 0). ARPACK shift-invert [LSY98]; `factor`
+/// is that of K - sigma M, `mass` is scalar n x n. Not reentrant (ARPACK keeps static state).
+/// Throws NumericsError.
 EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
                               const MatX& deflated, const EigenOptions& options);
 

@@ -6,11 +6,13 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <new>
 
 #include "common/archetype.h"
 #include "common/atomic_file.h"
 #include "common/check.h"
+#include "common/cli.h"
 #include "common/input_error.h"
 #include "common/keep_memory.h"
 #include "precompute/build.h"
@@ -40,10 +42,30 @@ constexpr char kExitCodes[] =
     "  75 stopped by SIGINT or SIGTERM; an older OUT.h5 stays as it was\n"
     "ARCHETIDE_MEMORY_LIMIT=4G refuses (exit 5) what would take more memory than that.\n";
 
-constexpr char kExamples[] =
-    "\nExamples:\n"
-    "  archetide-precompute build assets/bodies/torus.body.toml -o build/bodies/torus.h5\n"
-    "  archetide-precompute info build/bodies/torus.h5 --json\n";
+/// Two examples of a verb ("": of the program), for its help.
+std::string examples_of(const std::string& verb) {
+  static const std::map<std::string, std::vector<std::string>> kExamples = {
+      {"",
+       {"build assets/bodies/torus.body.toml -o out/archetypes/torus.h5",
+        "info out/archetypes/torus.h5 --json"}},
+      {"build",
+       {"build assets/bodies/torus.body.toml -o out/archetypes/torus.h5",
+        "build duck.body.toml -o duck.h5 --depfile duck.h5.d --time-limit 120"}},
+      {"check",
+       {"check assets/bodies/torus.body.toml", "check duck.body.toml --defects duck.defects.ply"}},
+      {"info", {"info out/archetypes/torus.h5", "info out/archetypes/torus.h5 --json"}},
+      {"export",
+       {"export out/archetypes/torus.h5 -o torus.hdf",
+        "export out/archetypes/torus.h5 --mode 1 -o torus1.vtu"}},
+      {"report",
+       {"report out/archetypes/torus.h5 -o torus.html",
+        "report out/archetypes/torus.h5 out/archetypes/sphere.h5 -o bodies.html"}},
+      {"schema", {"schema", "schema --md"}}};
+  std::string text = "\nExamples:\n";
+  for (const std::string& words : kExamples.at(verb))
+    text += "  archetide-precompute " + words + "\n";
+  return text;
+}
 
 // ---- verbs --------------------------------------------------------------------------------------
 
@@ -152,6 +174,9 @@ void report(const CommandLine& c, Log& log) {
       log.say(path + ": a skin, left out");
     else
       bodies.push_back(path);
+  if (bodies.empty())
+    throw InputError("there is nothing to report on: a skin has no tets and no modes",
+                     "name the archetypes of its parts");
   write_archetype_report(c.output, bodies);
   log.say(c.output + ": " + std::to_string(bodies.size()) + " archetypes");
 }
@@ -179,7 +204,7 @@ void print_schema(const CommandLine& c, Log&) {
 
 using Verb = void (*)(const CommandLine&, Log&);
 
-void add_common_options(CLI::App& app, CommandLine& c) {
+void add_common_options(CLI::App& app, const std::string& verb, CommandLine& c) {
   app.add_option("-t,--threads", c.threads, "threads; more do not help below a million tets")
       ->envname("ARCHETIDE_THREADS")
       ->check(CLI::Range(1, 1024))
@@ -187,14 +212,14 @@ void add_common_options(CLI::App& app, CommandLine& c) {
   app.add_flag("-v,--verbose", c.verbose, "say more");
   app.add_flag("-q,--quiet", c.quiet, "say nothing but warnings and errors");
   app.add_option("--log", c.log_file, "also write the log to this file");
-  app.footer(std::string(kExamples) + kExitCodes);
+  app.footer(examples_of(verb) + kExitCodes);
 }
 
 CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& purpose, Verb verb,
                    CommandLine& c, Verb& chosen) {
   CLI::App& sub = *app.add_subcommand(name, purpose);
   sub.callback([&chosen, verb] { chosen = verb; });
-  add_common_options(sub, c);
+  add_common_options(sub, name, c);
   return sub;
 }
 
@@ -202,7 +227,7 @@ void add_time_limit(CLI::App& verb, CommandLine& c) {
   verb.add_option("--time-limit", c.time_limit,
                   "refuse a surface that takes longer to check, repair and mesh, CPU seconds (and "
                   "2e-4 for each tet)")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
 }
 
@@ -244,7 +269,7 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   export_verb
       .add_option("--amplitude", c.amplitude,
                   "largest displacement, m (default: a tenth of the longest side)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
 
   CLI::App& report_verb =
       add_verb(app, "report", "Write one page about archetypes: quality, mass, modes, pictures",
@@ -286,8 +311,7 @@ InputError explain(const CLI::ParseError& error, const CLI::App& app) {
   if (chosen.empty()) {
     const auto verb =
         std::find_if(words.begin(), words.end(), [](const std::string& w) { return w[0] != '-'; });
-    if (verb != words.end())
-      return InputError("unknown verb '" + *verb + "'", did_you_mean(*verb, verb_names(app)));
+    if (verb != words.end()) return unknown_verb(*verb, verb_names(app));
   }
   const std::vector<std::string> known = option_names(chosen.empty() ? app : *chosen.front());
   for (const std::string& word : words) {
@@ -306,7 +330,7 @@ int run(int argc, char** argv, Log& log) {
       "archetide-precompute: from a surface mesh and a body file to a body archetype (HDF5)");
   app.set_version_flag("--version", "archetide-precompute " ARCHETIDE_VERSION);
   app.require_subcommand(1);
-  add_common_options(app, c);
+  add_common_options(app, "", c);
   add_verbs(app, c, chosen);
   try {
     app.parse(argc, argv);
@@ -317,6 +341,7 @@ int run(int argc, char** argv, Log& log) {
   using Level = Log::Level;
   log.set_level(c.quiet ? Level::kQuiet : c.verbose ? Level::kVerbose : Level::kNormal);
   if (!c.log_file.empty()) log.also_to(c.log_file);
+  if (!c.output.empty()) make_folder_of(c.output);
   omp_set_num_threads(c.threads);
   chosen(c, log);
   if (!std::cout.flush()) throw MachineError("standard output cannot be written");

@@ -25,10 +25,11 @@ TetMesh mesh_with_cgal(const TriMesh& surface, const MeshRequest& request);
 TetMesh mesh_with_cgal_sharp(const TriMesh& surface, double sharp_angle,
                              const MeshRequest& request);
 
-/// Triangles of about the same `edge` (m) on the same surface, [Botsch, Kobbelt 2004]; edges
+/// Triangles of about the same `edge` (m) on the same surface, [BK04]; edges
 /// sharper than `sharp_angle` (degrees between face normals) stay.
 TriMesh remesh_surface(const TriMesh& surface, double edge, double sharp_angle);
 
+/// Tets by Gmsh [GR09].
 /// Keeps the surface's triangles as they are; inside, edges grow no longer than `size`, but a finer
 /// surface makes finer tets whatever the size. Aborts on some surfaces, and only the first call of
 /// a process is reproducible.

@@ -24,7 +24,7 @@ constexpr double kLooseParts = 1e-8;   // lowest omega2 of one connected body, i
 constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of the lowest omega2
 constexpr double kOrthonormality = 1e-10;
 constexpr double kRigidContent = 1e-12;
-constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an inertia count is trusted
+constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an eigenvalue count is trusted
 
 template <class... Parts>
 std::string join(const Parts&... parts) {
@@ -131,7 +131,7 @@ void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vec
                              " elastic ones were found: the eigensolver missed some"));
 }
 
-/// What the runtime reads of the modes.
+/// Eqs. 7 and 9: the reduced matrices M_r = S^T M S and K_r = S^T K S.
 void reduce(const SparseMatrix& K, const SparseMatrix& mass, ModesResult& result) {
   const MatX& modes = result.node_modes;
   result.M_r = modes.transpose() * apply_mass(mass, modes);
@@ -256,6 +256,7 @@ double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 
 
 /// Reduces the matrices and demands that the modes are what they should be.
 void check_modes(const Problem& p, const ModesOptions& options, ModesResult& result) {
+  // The sums Σ m φ and Σ m x × φ below Eq. 1 are zero.
   result.rigid_content = largest(p.weighted_rigid.transpose() * result.node_modes);
   result.residuals = residuals(p.K, p.mass, result.omega2, result.node_modes);
   reduce(p.K, p.mass, result);

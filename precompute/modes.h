@@ -21,7 +21,8 @@ struct ModesOptions {
   double residual = 1e-8;        // largest accepted |K phi - omega^2 M phi| / |K phi|
   std::optional<MassKind> mass;  // default: lumped for linear tets, consistent for quadratic ones
   double shift_scale = 0.1;      // sigma = -shift_scale E / (rho L^2), L the bounding-box diagonal
-  bool sturm_check = true;  // count eigenvalues below the last one by inertia: no mode was missed
+  bool sturm_check =
+      true;  // count eigenvalues below the last one (Sylvester's law): no mode was missed
   bool whole_clusters = true;  // false: exactly `count`
   StaticLoads loads;           // static response vectors behind the modes
   /// Nodes held still. The modes are then those of the held body: nothing rigid is taken out, they
@@ -54,7 +55,7 @@ struct ModesResult {
   double next_omega2 = 0.0;     // first eigenvalue that was not kept, 1/s^2 (0: all were)
   double cluster_gap = 0.0;     // relative gap in omega between the last kept and the next mode
   bool cluster_cut = false;     // no gap in reach: the basis is arbitrary at the cut, warn
-  double sturm_shift = 0.0;     // mu of the inertia count, 1/s^2 (0 = not counted)
+  double sturm_shift = 0.0;     // mu of the eigenvalue count, 1/s^2 (0 = not counted)
   int sturm_count = 0;          // eigenvalues of (K, M) below mu, 6 rigid ones included
   int operator_calls = 0;       // solves with the factor
 
@@ -65,6 +66,7 @@ struct ModesResult {
 /// `profile` as assemble, order, factor, iterate, static, integrals, sturm. Throws NumericsError
 /// naming the failed check, InputError when the mesh has too few nodes for the count or is in
 /// several loose parts.
+/// Vibration modes as the coordinates of a body: [PW89].
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                           const ModesOptions& options, Profile& profile);
 

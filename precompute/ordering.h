@@ -6,8 +6,8 @@
 
 namespace archetide {
 
-/// Fill-reducing order of the 3n dofs by nested dissection of the n nodes (METIS): position -> dof.
-/// Always nested dissection: minimum degree cost 3.7 times the operations at 290k tets.
+/// Fill-reducing order of the 3n dofs by nested dissection of the n nodes (METIS [KK98]): position
+/// -> dof. Always nested dissection [D11].
 std::vector<int> nested_dissection(const SparseMatrix& stiffness);
 
 /// K + s M on K's pattern; `mass` is scalar n x n with a pattern inside K's.

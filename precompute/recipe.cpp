@@ -301,7 +301,7 @@ std::optional<MassKind> mass_kind(const Section& root, int order) {
   return MassKind::kLumped;
 }
 
-/// What may stand in place of a shape.
+/// What may stand instead of a shape.
 enum class Instead { kNothing, kList, kGroup };
 
 /// Exactly one shape, or the list of a point set, or the group of tets of a material.

@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-/// What may be done to a surface that does not bound a body. Always asked for, never a default.
+/// What may be done to a surface that does not bound a body. Only on request, never a default.
 enum class Repair {
   kNone,
   kFill,   // weld and split nearly coinciding edges, then close every hole

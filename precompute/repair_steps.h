@@ -21,7 +21,7 @@ TriMesh fill_holes(const TriMesh& mesh, RepairReport& report);
 /// [CGAL corefinement]. Throws InputError when one intersects itself or the result is not manifold.
 TriMesh unite(const std::vector<TriMesh>& solids);
 
-/// Alpha wrap, [Portaneri et al. 2022]: outside of the input by `offset`.
+/// Alpha wrap, [PRACH22]: outside of the input by `offset`.
 TriMesh wrap(const TriMesh& mesh, double alpha, double offset);
 
 /// The largest distance from the vertices and face centres of `from` to the surface `to`.

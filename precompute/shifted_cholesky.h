@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-/// Supernodal Cholesky factor of an SPD matrix; solves with one right-hand side at a time.
+/// Supernodal Cholesky factor [CDHR08] of an SPD matrix; solves with one right-hand side at a time.
 class ShiftedCholesky {
  public:
   /// Throws NumericsError when the matrix is not positive definite, MachineError without memory.

@@ -74,7 +74,7 @@ VecX solve_static(const VecX& f, const SparseMatrix& K, ShiftedCholesky& factor,
                       " passes");
 }
 
-/// Responses of one kind of load, each of unit M-norm; those with next to no energy left out.
+/// Responses of one kind of load, each of unit M-norm; those with almost no energy left out.
 MatX responses(const MatX& loads, const SparseMatrix& K, const SparseMatrix& mass,
                ShiftedCholesky& factor, const MatX& basis, const MatX& weighted) {
   // f - M Phi Phi^T f

@@ -23,7 +23,7 @@ struct StaticLoads {
 
 /// What a basis of rigid motions (3n x 6) and modes (3n x r) lacks to answer the loads statically:
 /// X = K^+ (f - M Phi Phi^T f), Phi = [rigid, modes], so rigid motions relieve the load's resultant
-/// and the modes' own part is left out. Loads with next to no response (a torsional mode has no
+/// and the modes' own part is left out. Loads with almost no response (a torsional mode has no
 /// normal displacement) and dependent responses are dropped. The rest is made M-orthonormal and
 /// turned so that X^T K X is diagonal and ascending (Rayleigh-Ritz). Columns: 3n x s, s >= 0,
 /// orthogonal in M and K to the basis. `factor`: of K - sigma M, sigma < 0. Throws NumericsError.

@@ -6,7 +6,7 @@
 namespace archetide {
 namespace {
 
-/// Gauss-Jacobi rule of m points on [0, 1] for the weight (1 - x)^a [Golub, Welsch 1969].
+/// Gauss-Jacobi rule of m points on [0, 1] for the weight (1 - x)^a [GW69].
 void gauss_jacobi(int m, int a, VecX& points, VecX& weights) {
   MatX T = MatX::Zero(m, m);  // recurrence of the Jacobi polynomials P^(a, 0) on [-1, 1]
   for (int k = 0; k < m; ++k) {

@@ -9,8 +9,8 @@
 
 namespace archetide {
 
-/// Where momentum and energy of water, drops and bodies come from and go to, since the start (of
-/// the first step's end on):
+/// Where momentum and energy of water, drops and bodies come from and go to [D49], since the start
+/// (of the first step's end on):
 ///   P, L   = those of the start + solids + weight + contact + transported + unmatched
 ///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
 ///            of actuators

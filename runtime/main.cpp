@@ -12,6 +12,7 @@
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/failure_folder.h"
+#include "runtime/output/number_text.h"
 #include "runtime/output/render.h"
 #include "runtime/output/report.h"
 #include "runtime/output/run_description.h"
@@ -94,7 +95,7 @@ bool holds_run(const std::string& out) {
 // `auto` in a folder with a run: an unfinished one of this scene goes on.
 RunStart resume_automatically(const Arguments& a, const CheckpointIdentity& identity) {
   const bool done = fs::exists(fs::path(a.out) / "done.stamp");
-  const bool either = a.replace && !a.resume.empty();  // said so: go on where possible
+  const bool either = a.replace && !a.resume.empty();  // both given: resume where possible
   const auto latest = done || (a.replace && !either) ? std::nullopt : latest_checkpoint(a.out);
   if (latest && (!either || state_fits(*latest, identity))) return {*latest, false};
   if (!a.replace)
@@ -137,7 +138,8 @@ RunSetup run_setup(const SceneSpec& scene, const RunPlan& plan, const Arguments&
 
 RunPlan run_plan(const SceneSpec& scene, const Arguments& a) {
   RunPlan plan{scene.end_time, scene.fps, a.until, scene.limits.step.value_or(0.0)};
-  if (a.frames) plan.end_time = std::min(plan.end_time, *a.frames / scene.fps);
+  if (a.frames && *a.frames + 1 < frame_count(scene.end_time, scene.fps))
+    plan.end_time = *a.frames * (1.0 / scene.fps);
   return plan;
 }
 
@@ -205,7 +207,13 @@ int finish_run(RunEnd end, bool whole, const Expectations& expectations,
     writer.finish(kExitStopped, interrupted ? "interrupted" : "stopped by --until", simulation);
     return kExitStopped;
   }
-  const bool good = !whole || judge(expectations, writer);
+  if (!whole) {
+    writer.finish_part("the first " + std::to_string(*a.frames) +
+                           " frames (--frames); the same command without it goes on",
+                       simulation);
+    return kExitDone;
+  }
+  const bool good = judge(expectations, writer);
   for (const ClosedForm& c : expectations.closed_forms())
     writer.add_closed_form({c.key, c.value, c.exact, c.size});
   const std::string reason = good ? "" : "the run missed what [expect] asks for";
@@ -257,7 +265,7 @@ int run(const Arguments& a) {
   const RunStart start = claim_run_folder(a, identity);
 
   RunParts parts{make_simulation(std::move(built), scene),
-                 Expectations(scene.expect, plan.end_time),
+                 Expectations(scene.expect, scene.end_time),
                  LimitWatch(scene.limits),
                  {}};
   const auto visit = [&](StateArchive& state) { parts.visit_state(state); };
@@ -279,9 +287,9 @@ int run(const Arguments& a) {
   try {
     const RunEnd end =
         run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
-    if (end == RunEnd::kStopped || scene.checkpoints) checkpoint();
-    return finish_run(end, plan.end_time == scene.end_time, parts.expectations, parts.simulation, a,
-                      writer);
+    const bool whole = plan.end_time == scene.end_time;
+    if (end == RunEnd::kStopped || !whole || scene.checkpoints) checkpoint();
+    return finish_run(end, whole, parts.expectations, parts.simulation, a, writer);
   } catch (const SimulationFailure& failure) {
     parts.progress = writer.progress();
     return finish_broken_run(failure,
@@ -302,12 +310,9 @@ int check(const Arguments& a) {
   const auto line = [](const std::string& name, const auto& value) {
     std::cout << std::left << std::setw(14) << name << value << '\n';
   };
-  const auto megabytes = [](double bytes) {
-    return std::to_string(std::lround(bytes / 1e6)) + " MB";
-  };
   line("scene", scene.name + " (" + scene.file + ")");
   line("time", std::to_string(scene.end_time) + " s, " +
-                   std::to_string(std::lround(scene.end_time * scene.fps)) + " frames");
+                   std::to_string(frame_count(scene.end_time, scene.fps)) + " frames");
   line("cells", std::to_string(o.grid.cells()) + " (" + std::to_string(o.grid.nx) + " x " +
                     std::to_string(o.grid.ny) + " x " + std::to_string(o.grid.nz) + ")");
   line("water", !o.has_water              ? "none"
@@ -339,8 +344,8 @@ int check(const Arguments& a) {
   line("checkpoints", scene.checkpoints
                           ? "every " + std::to_string(scene.checkpoint_every) + " frames"
                           : "when it is stopped");
-  line("memory", megabytes(memory.total()) + " (water " + megabytes(memory.water) + ", bodies " +
-                     megabytes(memory.bodies) + ", archetypes " + megabytes(memory.archetypes) +
+  line("memory", bytes_text(memory.total()) + " (water " + bytes_text(memory.water) + ", bodies " +
+                     bytes_text(memory.bodies) + ", archetypes " + bytes_text(memory.archetypes) +
                      ")");
   return kExitDone;
 }
@@ -392,6 +397,7 @@ int render(const Arguments& a) {
 }
 
 int report(const Arguments& a) {
+  make_folder_of(a.out);
   write_report(a.directories, a.out);
   return kExitDone;
 }
@@ -474,6 +480,7 @@ int schema(const Arguments& a) {
 
 struct Verb {
   std::string name, purpose;
+  std::vector<std::string> examples;  // words behind the program's name
   int (*execute)(const Arguments&);
   void (*options)(CLI::App&, Arguments&);
 };
@@ -491,7 +498,11 @@ void scene_options(CLI::App& app, Arguments& a) {
 
 const std::vector<Verb>& verbs() {
   static const std::vector<Verb> list = {
-      {"run", "simulate a scene", run,
+      {"run",
+       "simulate a scene",
+       {"run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5",
+        "run assets/scenes/tub.scene.toml -o out/runs/tub --until 1.0"},
+       run,
        [](CLI::App& app, Arguments& a) {
          scene_options(app, a);
          app.add_option("-o,--output", a.out, "run folder")->required()->type_name("DIR");
@@ -501,18 +512,26 @@ const std::vector<Verb>& verbs() {
          app.add_option("--until", a.until,
                         "stop after the first step that reaches this scene time, s, with a "
                         "checkpoint and exit code 75")
-             ->check(CLI::PositiveNumber)
+             ->check(positive_number())
              ->type_name("T");
-         app.add_option("--frames", a.frames, "run only so many frames")
-             ->check(CLI::PositiveNumber)
+         app.add_option("--frames", a.frames,
+                        "run only so many frames behind the initial state; without done.stamp, the "
+                        "same command without --frames goes on")
+             ->check(CLI::Range(1, 100'000'000))
              ->type_name("N");
          app.add_flag("--replace", a.replace,
                       "remove a run that is in the folder already (with --resume auto: one that "
                       "cannot go on)");
        }},
-      {"check", "validate a scene, list what is on, estimate cells and memory", check,
+      {"check",
+       "validate a scene, list what is on, estimate cells and memory",
+       {"check assets/scenes/tub.scene.toml", "check assets/scenes/tub.scene.toml -v"},
+       check,
        scene_options},
-      {"deps", "write the files that a run reads as a make fragment", deps,
+      {"deps",
+       "write the files that a run reads as a make fragment",
+       {"deps assets/scenes/tub.scene.toml -o out/.state/tub.d out/runs/tub/done.stamp"},
+       deps,
        [](CLI::App& app, Arguments& a) {
          scene_options(app, a);
          app.add_option("-o,--output", a.out, "the fragment")->required()->type_name("F");
@@ -520,7 +539,10 @@ const std::vector<Verb>& verbs() {
              ->required()
              ->type_name("TARGET");
        }},
-      {"render", "a PNG per frame, and a film when ffmpeg is there", render,
+      {"render",
+       "a PNG per frame, and a film when ffmpeg is there",
+       {"render out/runs/tub --size 1280x720", "render out/runs/tub --frames 24:48 --no-film"},
+       render,
        [](CLI::App& app, Arguments& a) {
          app.add_option("dir", a.directory, "run folder")->required()->type_name("DIR");
          app.add_option("--frames", a.frame_range, "first and last frame (default: all)")
@@ -528,7 +550,11 @@ const std::vector<Verb>& verbs() {
          app.add_option("--size", a.size, "pixels")->type_name("WxH")->capture_default_str();
          app.add_flag("--no-film", a.no_film, "pictures only");
        }},
-      {"report", "one self-contained HTML page about runs, sweeps and scorecards", report,
+      {"report",
+       "one self-contained HTML page about runs, sweeps and scorecards",
+       {"report out/runs/tub -o out/report.html",
+        "report out/runs/tub out/bench/tub out/scorecard.csv -o out/report.html"},
+       report,
        [](CLI::App& app, Arguments& a) {
          app.add_option("dirs", a.directories,
                         "run folders, folders of bench, their CSV files, scorecard.csv")
@@ -536,7 +562,10 @@ const std::vector<Verb>& verbs() {
              ->type_name("DIR");
          app.add_option("-o,--output", a.out, "the page")->required()->type_name("FILE");
        }},
-      {"bench", "sweep keys of a scene: error beside CPU seconds of every point", bench,
+      {"bench",
+       "sweep keys of a scene: error beside CPU seconds of every point",
+       {},  // in bench_help()
+       bench,
        [](CLI::App& app, Arguments& a) {
          scene_options(app, a);
          app.add_option("--sweep", a.sweeps,
@@ -555,20 +584,26 @@ const std::vector<Verb>& verbs() {
          app.add_option("-o,--output", a.out, "folder of the runs (default: out/bench/NAME)")
              ->type_name("DIR");
          app.add_option("--until", a.until, "stop every run at this scene time, s")
-             ->check(CLI::PositiveNumber)
+             ->check(positive_number())
              ->type_name("T");
        }},
-      {"diff", "compare states and statistics of two runs", diff,
+      {"diff",
+       "compare states and statistics of two runs",
+       {"diff out/runs/tub out/runs/tub_resumed", "diff out/runs/tub out/runs/other --tol 1e-6"},
+       diff,
        [](CLI::App& app, Arguments& a) {
          app.add_option("dir_a", a.directory, "run folder")->required()->type_name("DIR_A");
          app.add_option("dir_b", a.other_directory, "run folder")->required()->type_name("DIR_B");
          app.add_option("--tol", a.tolerance,
                         "allowed difference relative to a column's largest value")
-             ->check(CLI::NonNegativeNumber)
+             ->check(non_negative_number())
              ->type_name("T")
              ->capture_default_str();
        }},
-      {"schema", "every key of a scene file: type, unit, range, default, meaning", schema,
+      {"schema",
+       "every key of a scene file: type, unit, range, default, meaning",
+       {"schema", "schema --md"},
+       schema,
        [](CLI::App& app, Arguments& a) {
          app.add_flag("--json", a.json, "as JSON");
          app.add_flag("--md", a.markdown, "as a Markdown table");
@@ -576,11 +611,16 @@ const std::vector<Verb>& verbs() {
   return list;
 }
 
-std::string footer() {
-  return "Examples:\n"
-         "  archetide-sim run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5\n"
-         "  archetide-sim render out/runs/tub --size 1280x720\n\n" +
-         exit_code_help();
+std::string examples_text(const std::vector<std::string>& examples) {
+  std::string text = "Examples:\n";
+  for (const std::string& words : examples) text += "  archetide-sim " + words + '\n';
+  return text + '\n';
+}
+
+// What stands below the options in the help of a verb.
+std::string footer_of(const Verb& verb) {
+  const std::string examples = verb.name == "bench" ? bench_help() : examples_text(verb.examples);
+  return "-t, -v, -q, --log as in archetide-sim -h\n\n" + examples + exit_code_help();
 }
 
 // The options of all verbs, for did-you-mean.
@@ -599,8 +639,10 @@ int program(int argc, char** argv) {
   Arguments a;
   CLI::App app("archetide-sim: reduced deformable bodies, two-way coupled with water",
                "archetide-sim");
-  app.set_version_flag("--version", ARCHETIDE_VERSION);
-  app.footer(footer());
+  app.set_version_flag("--version", "archetide-sim " ARCHETIDE_VERSION);
+  app.footer(examples_text({"run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5",
+                            "render out/runs/tub --size 1280x720"}) +
+             exit_code_help());
   app.require_subcommand(1);
   app.option_defaults()->always_capture_default(false);
   add_common_options(app, a.common);
@@ -608,9 +650,7 @@ int program(int argc, char** argv) {
   for (const Verb& verb : verbs()) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.purpose);
     verb.options(*sub, a);
-    sub->fallthrough(!sub->get_allow_extras())
-        ->footer("-t, -v, -q, --log as in archetide-sim -h\n\n" +
-                 (verb.name == "bench" ? bench_help() + exit_code_help() : footer()));
+    sub->fallthrough(!sub->get_allow_extras())->footer(footer_of(verb));
     names.push_back(verb.name);
   }
   for (int n = 0; n < argc; ++n) a.command_line += (n ? " " : "") + std::string(argv[n]);

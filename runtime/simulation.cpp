@@ -11,7 +11,7 @@
 #include "runtime/body_state.h"
 #include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"
-#include "runtime/contact/take_back.h"
+#include "runtime/contact/split_impulse.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/failure.h"
 #include "runtime/fluid/advection.h"
@@ -39,7 +39,7 @@ WallContactOptions wall_options(const SimulationOptions& o, double dt) {
   return w;
 }
 
-// Skins, met in place of the bodies under them; those of one kind share a shape.
+// Skins, met instead of the bodies under them; those of one kind share a shape.
 std::vector<ContactCover> contact_covers(const std::vector<SkinnedBodies>& skins,
                                          const std::vector<ReducedBody>& bodies) {
   std::map<const BoundSkin*, std::shared_ptr<const CoverShape>> known;
@@ -66,11 +66,11 @@ std::vector<ContactCover> contact_covers(const std::vector<SkinnedBodies>& skins
 }
 
 // Contact between bodies, if the scene has any that may touch; of skins with walls in any case.
-std::unique_ptr<BodyContacts> body_contacts(const SimulationOptions& o,
-                                            const std::vector<ReducedBody>& bodies,
-                                            const std::vector<TriMesh>& obstacles,
-                                            const std::vector<Joint>& joints,
-                                            const std::vector<SkinnedBodies>& skins) {
+std::unique_ptr<BodyContacts> make_body_contacts(const SimulationOptions& o,
+                                                 const std::vector<ReducedBody>& bodies,
+                                                 const std::vector<TriMesh>& obstacles,
+                                                 const std::vector<Joint>& joints,
+                                                 const std::vector<SkinnedBodies>& skins) {
   const bool has_tank = o.grid.cells() > 0;
   const bool among = o.body_contact && bodies.size() + obstacles.size() >= 2;
   const bool skins_at_walls = !skins.empty() && has_tank && o.wall_contact;
@@ -125,18 +125,18 @@ struct Simulation::Impl {
   WaterStep::Memory water_before;  // the step
   Coupling coupling;
 
-  std::vector<StageContacts> held;        // per body, points at walls for the velocity stage
-  std::vector<BodyReach> reach;           // per body, bounds its extent
-  std::unique_ptr<BodyContacts> between;  // null: bodies meet nothing but walls
-  GroupContacts ahead, touching;          // of the position and of the velocity stage
-  InversionGuard guard;                   // of soft bodies' elements
-  std::vector<VecX> reaction;             // per body, what joints gave in the position stage, N s
-  int open_joint = -1;                    // that the last attempt could not close, or -1 ..
-  double open_gap = 0.0;                  // .. and how far it stays open, m
-  std::vector<VecX> drive;                // per body, actuation in the velocity stage, or empty
+  std::vector<StageContacts> held;              // per body, points at walls for the velocity stage
+  std::vector<BodyReach> reach;                 // per body, bounds its extent
+  std::unique_ptr<BodyContacts> body_contacts;  // null: bodies meet nothing but walls
+  GroupContacts reachable, touching;            // of the position and of the velocity stage
+  InversionGuard guard;                         // of soft bodies' elements
+  std::vector<VecX> reaction;  // per body, what joints gave in the position stage, N s
+  int open_joint = -1;         // that the last attempt could not close, or -1 ..
+  double open_gap = 0.0;       // .. and how far it stays open, m
+  std::vector<VecX> drive;     // per body, actuation in the velocity stage, or empty
   std::vector<Vec3> water_impulse, water_angular_impulse;
-  std::vector<ReducedBody> half_way;  // as the water meets them in the position stage
-  std::vector<ReducedBody> seen;      // as the last solve saw them (Scheme::kSingle)
+  std::vector<ReducedBody> half_way;     // as the water meets them in the position stage
+  std::vector<ReducedBody> last_solved;  // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
   double actuation_work = 0.0;  // J
   BudgetKeeper budget;
@@ -154,7 +154,7 @@ struct Simulation::Impl {
         water(options, std::move(initial)),
         coupling(coupling_options(options, water), obstacles, joints, skins) {
     release.resize(waiting.size(), 0.0);
-    between = body_contacts(options, waiting, obstacles, joints, skins);
+    body_contacts = make_body_contacts(options, waiting, obstacles, joints, skins);
     admit_bodies();
   }
 
@@ -182,13 +182,13 @@ struct Simulation::Impl {
                           const std::vector<std::vector<Vec3>>& read_points, StepReport& report);
   std::vector<VecX> actuation(double t, const std::vector<Configuration>& at) const;
   bool may_reach_wall(std::size_t b, double dt) const;
-  bool flies(std::size_t b) const;
-  double free_way(std::size_t b, double water_top) const;
+  bool only_gravity_acts(std::size_t b) const;
+  double largest_travel(std::size_t b, double water_top) const;
   std::vector<double> body_speeds() const;
   bool resolve_body_contact(double dt, StepReport& report);
   void update_geometry(const std::vector<ReducedBody>& at);
   void visit_state(StateArchive& a);
-  void visit_seen(StateArchive& a);
+  void visit_last_solved(StateArchive& a);
   void carry_markers(double dt);
   void stop_held();
   void add_water_budget(const SprayMotion& drops, BudgetKeeper::End& end) const;
@@ -249,30 +249,30 @@ void Simulation::Impl::visit_state(StateArchive& a) {
   body_fields(a, "bodies", bodies);
   a.field("bodies/water_impulse", water_impulse);
   a.field("bodies/water_angular_impulse", water_angular_impulse);
-  if (between) {
-    contact_fields(a, "contact/position", between->memory.position);
-    contact_fields(a, "contact/velocity", between->memory.velocity);
+  if (body_contacts) {
+    contact_fields(a, "contact/position", body_contacts->memory.position);
+    contact_fields(a, "contact/velocity", body_contacts->memory.velocity);
   }
   if (water.present()) {
     water.visit_state(a);
     if (a.reading()) coupling.set_tank(water.grid(), water.open_side());
-    if (options.scheme == Scheme::kSingle) visit_seen(a);
+    if (options.scheme == Scheme::kSingle) visit_last_solved(a);
   }
   coupling.visit_state(a);
 }
 
 // With one solve a step the surface moves before there is a new geometry.
-void Simulation::Impl::visit_seen(StateArchive& a) {
-  if (seen.empty()) seen = bodies;
-  body_fields(a, "seen", seen);
-  if (a.reading()) update_geometry(seen);
+void Simulation::Impl::visit_last_solved(StateArchive& a) {
+  if (last_solved.empty()) last_solved = bodies;
+  body_fields(a, "seen", last_solved);
+  if (a.reading()) update_geometry(last_solved);
 }
 
 // Before a step: the fields end above the water.
 void Simulation::Impl::fit_tank() {
   if (!water.present() || !water.fit_ceiling()) return;
   coupling.set_tank(water.grid(), water.open_side());
-  update_geometry(options.scheme == Scheme::kSingle && !seen.empty() ? seen : bodies);
+  update_geometry(options.scheme == Scheme::kSingle && !last_solved.empty() ? last_solved : bodies);
 }
 
 void Simulation::Impl::carry_markers(double dt) {
@@ -281,13 +281,13 @@ void Simulation::Impl::carry_markers(double dt) {
   water.carry_markers(dt, bodies);
 }
 
-// Stage 1: velocities at the half step move the bodies.
+// Section 6, positions: velocities at the half step move the bodies.
 bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& middle,
                                          std::vector<std::vector<Vec3>>& read_points,
                                          StepReport& report) {
-  if (between) {
+  if (body_contacts) {
     ScopedTimer search(profile, "contact");
-    ahead = between->ahead(bodies, body_speeds(), dt);
+    reachable = body_contacts->reachable_contacts(bodies, body_speeds(), dt);
   }
   ScopedTimer timer(profile, "positions");
   if (water.present()) water.advect_to_half(dt);
@@ -305,20 +305,20 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
   const auto couple = [&] {
     report.position =
         coupling.couple(Stage::kPositionHalf, dt, {&water.fluid.phi}, stage, water.u_half, results,
-                        between ? &ahead : nullptr, water.narrow_flow());
+                        body_contacts ? &reachable : nullptr, water.narrow_flow());
     return report.position.converged;
   };
   if (!couple()) return false;
   if (lock_modes(results, dt, stage)) {  // again, so that the water meets modes that do not move
     if (water.present()) water.restore_half();
-    if (between) ahead = between->ahead(bodies, body_speeds(), dt);
+    if (body_contacts) reachable = body_contacts->reachable_contacts(bodies, body_speeds(), dt);
     if (!couple()) return false;
   }
-  if (between) {
+  if (body_contacts) {
     profile.add("positions", -coupling.contact_seconds());
     profile.add("contact", coupling.contact_seconds());
-    between->memory.position = ahead.forces;
-    report.contact_sweeps += ahead.sweeps;
+    body_contacts->memory.position = reachable.forces;
+    report.contact_sweeps += reachable.sweeps;
   }
   if (water.present()) water.after_position_solve(dt, coupling);
   std::vector<VecX> y;
@@ -344,10 +344,8 @@ bool Simulation::Impl::advance_positions(double dt, std::vector<Configuration>& 
 }
 
 // Where the velocities that bodies have take them in half a step: the water's velocity in the
-// middle of the step belongs to the walls as they stand then. (Against those of x^n a sphere that
-// rises by two radii at CFL 1 lost a quarter of the energy; with them, and displaced_push, a
-// thirtieth.) Modes by their implicit rule, but from balance: stiff ones hardly move, and nothing
-// that rests.
+// middle of the step belongs to the walls as they stand then [D47]. Modes by their implicit rule,
+// but from balance: stiff ones hardly move, and nothing that rests.
 void Simulation::Impl::guess_half_way(double dt) {
   half_way = bodies;
   for (ReducedBody& body : half_way) {
@@ -406,8 +404,9 @@ bool Simulation::Impl::close_joints(const std::vector<FreeMotion>& motions,
   return false;
 }
 
-// B^T f of each body's actuators, or empty. Both stages ask at the middle of the step: with the
-// trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy gained.
+// B^T f of each body's actuators, or empty. Both stages evaluate it at the middle of the step: with
+// the trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy
+// gained.
 std::vector<VecX> Simulation::Impl::actuation(double t,
                                               const std::vector<Configuration>& at) const {
   std::vector<VecX> force(bodies.size());
@@ -477,18 +476,18 @@ std::vector<double> Simulation::Impl::body_speeds() const {
 // each other and a shorter step may keep them apart.
 bool Simulation::Impl::resolve_body_contact(double dt, StepReport& report) {
   constexpr int kMostHalvings = 3;  // for that; an overlap is no failure
-  take_back_pushes(ahead, reaction, dt, bodies);
-  BodyContacts::Result met = between->resolve(bodies, body_speeds(), dt);
+  split_impulses(reachable, reaction, dt, bodies);
+  BodyContacts::Result met = body_contacts->resolve(bodies, body_speeds(), dt);
   touching = std::move(met.velocity_stage);
   const Penetration& p = met.penetration;
   report.contacts = p.touching;
   report.max_penetration = p.largest;
   report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
   if (options.scheme == Scheme::kSingle || options.on_fail == OnFail::kStop) return true;
-  return report.halvings >= kMostHalvings || !between->sank(ahead, p);
+  return report.halvings >= kMostHalvings || !body_contacts->sank_deeper(reachable, p);
 }
 
-// Between the stages: what bodies touch on x^{n+1} and v^n.
+// Section 6, contact between the stages [GBF03]: what bodies touch on x^{n+1} and v^n.
 bool Simulation::Impl::resolve_contact(double dt, StepReport& report) {
   const double before = energy_of_bodies();
   const bool apart = resolve_contacts(dt, report);
@@ -503,7 +502,7 @@ double Simulation::Impl::energy_of_bodies() const {
 }
 
 bool Simulation::Impl::resolve_contacts(double dt, StepReport& report) {
-  if (between) {
+  if (body_contacts) {
     ScopedTimer timer(profile, "contact");
     return resolve_body_contact(dt, report);
   }
@@ -522,13 +521,13 @@ bool Simulation::Impl::resolve_contacts(double dt, StepReport& report) {
 
 // Whether the body may come to a wall within the step.
 bool Simulation::Impl::may_reach_wall(std::size_t b, double dt) const {
-  if (between || !has_tank() || !options.wall_contact) return false;
+  if (body_contacts || !has_tank() || !options.wall_contact) return false;
   const double speed = largest_surface_speed(bodies[b]) + options.gravity.norm() * dt;
   return !away_from_walls(bodies[b], reach[b], wall_options(options, dt), 2.0 * speed * dt);
 }
 
 // Whether only gravity acts on the body while it meets nothing.
-bool Simulation::Impl::flies(std::size_t b) const {
+bool Simulation::Impl::only_gravity_acts(std::size_t b) const {
   const int n = static_cast<int>(b);
   const auto drives = [&](const Actuator& a) { return a.body == n; };
   const auto ties = [&](const Joint& j) { return j.a == n || j.b == n; };
@@ -538,13 +537,13 @@ bool Simulation::Impl::flies(std::size_t b) const {
 
 // How far body b may move in a step, m: so many cells as the CFL number says, and through air as
 // far as it meets nothing: steps are for the water, which does not yet feel it.
-double Simulation::Impl::free_way(std::size_t b, double water_top) const {
+double Simulation::Impl::largest_travel(std::size_t b, double water_top) const {
   constexpr double kClearance = 2.0;  // cells that are left
   const Grid& g = options.grid;
   const double least = options.cfl * g.dx;
   const Vec3& x = bodies[b].position;
   const double radius = farthest_point(bodies[b], reach[b]);
-  if (!flies(b) || x[2] + radius <= water_top) return least;
+  if (!only_gravity_acts(b) || x[2] + radius <= water_top) return least;
   std::vector<Vec3> points;
   surface_points(bodies[b], points);
   double way = INFINITY;
@@ -555,7 +554,7 @@ double Simulation::Impl::free_way(std::size_t b, double water_top) const {
     const double gap = side % 2 == 0 ? x[axis] - g.low()[axis] : g.high()[axis] - x[axis];
     way = std::min(way, gap - radius);
   }
-  for (std::size_t c = 0; between && c < bodies.size(); ++c) {
+  for (std::size_t c = 0; body_contacts && c < bodies.size(); ++c) {
     if (c == b) continue;
     const double apart = (bodies[c].position - x).norm() - radius;
     way = std::min(way, 0.5 * (apart - farthest_point(bodies[c], reach[c])));
@@ -563,7 +562,8 @@ double Simulation::Impl::free_way(std::size_t b, double water_top) const {
   return std::max(least, way - kClearance * g.dx);
 }
 
-// Stage 2: the water surface, advection, forces over the whole step, and the solve that ends it.
+// Section 6, velocities: the water surface, advection, forces over the whole step, and the solve
+// that ends it.
 bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configuration>& middle,
                                           const std::vector<std::vector<Vec3>>& read_points,
                                           StepReport& report) {
@@ -575,7 +575,7 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
     {
       ScopedTimer timer(profile, "surface");
       water.let_flow(dt, coupling);
-      coupling.look_ahead(stage);
+      coupling.prepare_geometry(stage);
       water.move_surface(dt, coupling, step_count);
     }
     ScopedTimer timer(profile, "advection");
@@ -585,12 +585,12 @@ bool Simulation::Impl::advance_velocities(double dt, const std::vector<Configura
   std::vector<StageResult> results;
   report.velocity =
       coupling.couple(Stage::kVelocityFull, dt, water.surface_now(dt), stage, water.u_star, results,
-                      between ? &touching : nullptr, water.narrow_flow(), &water.held());
+                      body_contacts ? &touching : nullptr, water.narrow_flow(), &water.held());
   if (!report.velocity.converged) return false;
-  if (between) {
+  if (body_contacts) {
     profile.add("velocities", -coupling.contact_seconds());
     profile.add("contact", coupling.contact_seconds());
-    between->memory.velocity = touching.forces;
+    body_contacts->memory.velocity = touching.forces;
     report.contact_sweeps += touching.sweeps;
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -632,7 +632,7 @@ bool Simulation::Impl::attempt(double dt, StepReport& report) {
   predict_positions(dt, middle);
   resolve_contact(dt, report);
   if (!advance_velocities(dt, middle, read_points, report)) return false;
-  seen = bodies;
+  last_solved = bodies;
   correct_positions(dt, start);
   stop_held();
   return true;
@@ -746,7 +746,7 @@ double Simulation::stable_dt() const {
   const double top = water ? impl_->water.top() : 0.0;
   for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
     limit(largest_surface_speed(impl_->bodies[b]),
-          water ? impl_->free_way(b, top) : o.cfl * o.grid.dx);
+          water ? impl_->largest_travel(b, top) : o.cfl * o.grid.dx);
   constexpr double kRange = 8.0;  // more than water that was slowed down in a like step can want
   if (water)
     limit(speed_of_most(impl_->water.fluid.u, impl_->water.valid(), o.outrun, kRange),
@@ -767,7 +767,7 @@ StepReport Simulation::step(double dt) {
   const std::vector<ReducedBody> bodies = s.bodies;
   s.water.remember(s.water_before);
   const BodyContacts::Memory contact_memory =
-      s.between ? s.between->memory : BodyContacts::Memory();
+      s.body_contacts ? s.body_contacts->memory : BodyContacts::Memory();
 
   constexpr int kMaxHalvings = 8;
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
@@ -785,7 +785,7 @@ StepReport Simulation::step(double dt) {
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings) throw s.failure(dt, report);
     s.bodies = bodies;
     s.water.restore(s.water_before);
-    if (s.between) s.between->memory = contact_memory;
+    if (s.body_contacts) s.body_contacts->memory = contact_memory;
   }
 }
 

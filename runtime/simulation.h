@@ -18,7 +18,7 @@
 
 namespace archetide {
 
-enum class Scheme { kNewmark, kSingle };  // two coupled solves a step (Section 6), or one
+enum class Scheme { kNewmark, kSingle };  // two coupled solves a step (Section 6), or one [D4]
 enum class OnFail { kHalveStep, kStop };
 
 struct SimulationOptions {

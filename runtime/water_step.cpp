@@ -19,11 +19,8 @@ namespace archetide {
 namespace {
 
 // The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
-// out fast, and water that comes there next takes the air's velocity. (A ring falling into a tub at
-// CFL 3 threw drops at 194 m/s in 64^3 and 423 m/s in 192^3. One bound for the whole tank, twice
-// the fastest face: its splash gains 10 % of its energy in place of 7 %.) Beyond CFL 5 water moves
-// through more air than is corrected, and the bound costs volume: a dam break at CFL 10 10 % in
-// place of 5 %.
+// out fast, and water that comes there next takes the air's velocity. Beyond CFL 5 water moves
+// through more air than is corrected, and the bound costs volume [D24].
 constexpr double kMostSpeedup = 1.5, kLargestBoundedCfl = 5.0;
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.
@@ -36,7 +33,7 @@ void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask)
   for (std::size_t n = 0; n < cell.size(); ++n) marks[n] = solid[n] > 0.5;
 }
 
-// Faces next to cells that may be wet (beside solids a cell is asked up to half a cell from its
+// Faces next to cells that may be wet (beside solids a cell is sampled up to half a cell from its
 // centre): where the advected velocity is wanted.
 void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
   if (target[0].size() == 0) target.resize(g, 0);
@@ -224,7 +221,7 @@ void WaterStep::prepare(const Coupling& coupling) {
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
                               const std::vector<ReducedBody>& bodies) {
   if (fluid.markers.empty()) return;
-  keep_out_ = std::make_unique<KeepOut>(obstacles, 0.5 * grid_.dx);
+  push_out_ = std::make_unique<PushOut>(obstacles, 0.5 * grid_.dx);
   keep_markers_in_water(bodies);
 }
 
@@ -244,8 +241,7 @@ double WaterStep::damp_water(double dt, MacField& u) const {
   return options_.water_density * damp(grid_, options_.damping, dt, target_, held_, u);
 }
 
-// The farthest that a step can carry, m/s. (Jets that cross 24 cells a step, slope after slope,
-// gain a tenth of their speed in each.)
+// The largest speed that a step can carry, m/s [D20].
 double WaterStep::most_speed(double dt) const {
   const double cells = std::max(options_.cfl, std::min(3.0 * options_.cfl, 10.0));
   return cells * grid_.dx / dt;
@@ -262,24 +258,25 @@ void WaterStep::slow_down(double dt, MacField& u) const {
   }
 }
 
-// u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step ahead; a copy in push_.
+// Eq. 22 without forces: u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step
+// ahead; a copy in push_.
 void WaterStep::advect_to_half(double dt) {
   const Grid& g = grid_;
-  const double ahead = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
-  continue_in_time(fluid.u, u_half, ahead, valid_, carrier_);
+  const double intervals = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
+  continue_in_time(fluid.u, u_half, intervals, valid_, carrier_);
   mark_water_faces(g, fluid.phi, target_);
   advect_velocity(g, carrier_, fluid.u, 0.5 * dt, valid_, target_, u_half);
   damp_water(0.5 * dt, u_half);
   copy_values(u_half, push_);
 }
 
-// u_star for the full-step solve: the second half of the way after the reflection (two solves), or
-// all of it (one).
+// Eq. 22: u_star for the full-step solve: the second half of the way after the reflection (two
+// solves), or all of it (one).
 void WaterStep::advect_to_end(double dt) {
   const Grid& g = grid_;
   mark_water_faces(g, fluid.phi, target_);
   if (single()) {
-    // The last solve's push stands in for that of a half step.
+    // The push of the last solve is used as that of a half step.
     const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
     continue_in_time(fluid.u, u_last_, share, valid_, carrier_);
     copy_values(fluid.u, u_last_);
@@ -301,6 +298,7 @@ void WaterStep::advect_to_end(double dt) {
   take_up_momentum(g, landings_, held_, u_star);
 }
 
+// Γ = u* − u^{n+1/2}, the push of Eq. 24.
 void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   copy_values(coupling.valid(), valid_);
   slow_down(dt, u_half);
@@ -389,7 +387,7 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
 }
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
-  if (!keep_out_) return;
+  if (!push_out_) return;
   advect_points(grid_, u_half, dt, fluid.markers);
   keep_markers_in_water(bodies);
 }
@@ -398,7 +396,7 @@ void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies)
 void WaterStep::keep_markers_in_water(const std::vector<ReducedBody>& bodies) {
   constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
   return_to_water(grid_, fluid.phi, fluid.markers);
-  keep_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
+  push_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
 }
 
 void WaterStep::visit_state(StateArchive& a) {

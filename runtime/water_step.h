@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/contact/keep_out.h"
+#include "runtime/contact/push_out.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/fluid/spray.h"
@@ -97,7 +97,7 @@ class WaterStep {
   void set_ceiling(int layers);
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
-  /// How far from the surface the velocity that carries it is asked, m: where a step may carry it,
+  /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);
@@ -124,7 +124,7 @@ class WaterStep {
   double drag_energy_ = 0.0, slowed_energy_ = 0.0;
   MacField carrier_;                   // transporting velocity, m/s
   MacField u_last_;                    // u^{n-1}, m/s (one solve a step)
-  std::unique_ptr<KeepOut> keep_out_;  // null: no markers
+  std::unique_ptr<PushOut> push_out_;  // null: no markers
 };
 
 }  // namespace archetide

@@ -35,6 +35,7 @@ archetide_tests(test_unit_articulation unit/articulation archetide_articulation 
 archetide_tests(test_unit_coupling unit/coupling archetide_coupling archetide_test_support)
 archetide_tests(test_unit_scene unit/scene archetide_scene)
 archetide_tests(test_unit_output unit/output archetide_output)
+target_sources(test_unit_output PRIVATE ${CMAKE_SOURCE_DIR}/tests/scorecard/measurements_page.cpp)
 archetide_tests(test_unit_bench unit/bench archetide_sweeps)
 add_dependencies(test_unit_bench archetide-sim)
 target_compile_definitions(test_unit_bench PRIVATE ARCHETIDE_SIM_BIN="$<TARGET_FILE:archetide-sim>")
@@ -42,7 +43,8 @@ archetide_tests(test_architecture architecture archetide_flags)
 if(TARGET archetide_precompute)
   archetide_tests(test_unit_precompute unit/precompute archetide_precompute)
   add_dependencies(test_unit_precompute archetide-precompute)
-  set_source_files_properties(tests/unit/precompute/interrupt_test.cpp PROPERTIES COMPILE_DEFINITIONS
+  set_source_files_properties(tests/unit/precompute/interrupt_test.cpp
+    tests/unit/precompute/command_line_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_PRECOMPUTE_BIN="$<TARGET_FILE:archetide-precompute>")
 endif()
 archetide_tests(test_analytic analytic archetide_scene archetide_test_support)
@@ -62,7 +64,7 @@ if(TARGET test_scenes)
   endif()
 endif()
 
-# Programs that print measured figures (named in the README); built with the rest so that they do not rot.
+# Programs that print measured figures (named in tests/bench/benches.txt); built with the rest so that they do not rot.
 function(archetide_bench name)
   add_executable(${name} ${CMAKE_SOURCE_DIR}/tests/bench/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${ARGN})
@@ -94,6 +96,7 @@ archetide_bench(bench_step archetide_test_support)
 
 # Every quantity with a known answer. The quick cases are a fast test; `make -f pipeline.mk scorecard` runs all.
 set(scorecard tests/scorecard/main.cpp tests/scorecard/score.cpp tests/scorecard/reference_data.cpp
+    tests/scorecard/measurements_page.cpp
     tests/scorecard/single_solve_scores.cpp tests/scorecard/water_scores.cpp
     tests/scorecard/dry_body_scores.cpp tests/scorecard/coupled_scores.cpp)
 if(TARGET archetide_precompute)

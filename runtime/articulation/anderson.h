@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-/// Anderson acceleration of a fixed point x = x + f(x) [Anderson 1965; Walker, Ni 2011]: the next
+/// Anderson acceleration of a fixed point x = x + f(x) [And65], [WN11]: the next
 /// x from the last few, so that the combination of their residuals f is least.
 class Anderson {
  public:

@@ -112,6 +112,7 @@ double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBo
   return largest;
 }
 
+// Eq. 47: J_p y_p − J_c y_c = 0, three rows a point.
 RowBlock joint_rows(const Joint& joint, const std::vector<const ReducedBody*>& bodies,
                     const std::vector<const ConfigurationTerms*>& terms) {
   const auto m = 3 * static_cast<long>(joint.at_a.size());

@@ -16,7 +16,7 @@ struct PreStabilised {
 
 /// [WTF06]: impulses along the joints' rows at x^n that close the joints at the end of the position
 /// update, outside the coupled solve (Section 7). Together with the rows of the coupled solve they
-/// are the impulse of RATTLE [Andersen 1983]: they take part in the momenta of the step, which
+/// are the impulse of RATTLE [And83]: they take part in the momenta of the step, which
 /// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
 /// body; `y`: its velocities, in and out. Bodies with `stiff` keep the modal rates that they have
 /// in y.

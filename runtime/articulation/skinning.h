@@ -28,7 +28,8 @@ struct BoundSkin {
 std::shared_ptr<const BoundSkin> bind_skin(
     std::shared_ptr<const Skin> skin, const std::vector<std::shared_ptr<const Archetype>>& parts);
 
-/// One skin of a scene: x = sum_b w_b x_b, x_b = t_b + R_b (X_b + S_b q_b) (Section 7).
+/// One skin of a scene: x = sum_b w_b x_b, x_b = t_b + R_b (s_b (X_b + S_b q_b) + d_b) (Section 7,
+/// with the scale s_b and the shift d_b of ShapeCorrection).
 struct SkinnedBodies {
   std::shared_ptr<const BoundSkin> shape;
   std::vector<int> bodies;  // of each part
@@ -37,8 +38,8 @@ struct SkinnedBodies {
 /// Of each of `count` bodies, whether it is under a skin.
 std::vector<char> skinned_bodies(std::size_t count, const std::vector<SkinnedBodies>& skins);
 
-/// R_b (X_b + S_b q_b) of the m vertices that a part moves: moment arms about its centre of mass,
-/// m.
+/// R_b (s_b (X_b + S_b q_b) + d_b) of the m vertices that a part moves: moment arms about its
+/// centre of mass, m.
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms);
 
 /// Where the skin is, n, m. `body_of(b)`: the body of index b.

@@ -48,7 +48,7 @@ class Bench {
   Bench(const BenchRequest& request, const volatile std::sig_atomic_t& stop)
       : request_(request), stop_(stop), overrides_(request.overrides) {
     for (const std::string& text : request.sweeps) sweeps_.push_back(parse_sweep(text));
-    // Pictures are not wanted; whoever wants frames says so with --set.
+    // No frame files: they can be switched on by --set.
     bool frames = overrides_key(overrides_, "output.frames");
     for (const Sweep& sweep : sweeps_) frames = frames || sweep.key == "output.frames";
     if (!frames) overrides_.push_back("output.frames=[]");

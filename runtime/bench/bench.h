@@ -10,7 +10,7 @@
 
 namespace archetide {
 
-/// What `archetide-sim bench` is asked for.
+/// Options of `archetide-sim bench`.
 struct BenchRequest {
   std::string program;  // this executable: every point is a process of its own
   std::string scene, archetypes;

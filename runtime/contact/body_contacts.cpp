@@ -154,15 +154,15 @@ double BodyContacts::closing_target(const BodyContact& c, double dt) const {
   return recovery_speed(-c.gap - slack, dt, options_.gravity);
 }
 
-bool BodyContacts::sank(const GroupContacts& ahead, const Penetration& now) const {
+bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration& now) const {
   constexpr double kDeeper = 250.0;  // tolerances, a quarter of a cell: half of what is allowed
   double before = 0.0;
-  for (const BodyContact& c : ahead.contacts) before = std::max(before, -c.gap);
+  for (const BodyContact& c : reachable.contacts) before = std::max(before, -c.gap);
   return now.largest > before + kDeeper * options_.tolerance;
 }
 
-GroupContacts BodyContacts::ahead(const std::vector<ReducedBody>& bodies,
-                                  const std::vector<double>& speed, double dt) const {
+GroupContacts BodyContacts::reachable_contacts(const std::vector<ReducedBody>& bodies,
+                                               const std::vector<double>& speed, double dt) const {
   GroupContacts out;
   out.contacts = find(bodies, speed, dt, memory.position);
   share_pinches(out.contacts);

@@ -47,8 +47,8 @@ class BodyContacts {
                Surroundings surroundings);
 
   /// Contacts that the step may make from x^n. `speed`: of the fastest point of each body, m/s.
-  GroupContacts ahead(const std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
-                      double dt) const;
+  GroupContacts reachable_contacts(const std::vector<ReducedBody>& bodies,
+                                   const std::vector<double>& speed, double dt) const;
 
   struct Result {
     GroupContacts velocity_stage;
@@ -59,8 +59,8 @@ class BodyContacts {
                  double dt) const;
 
   /// Whether bodies stand much deeper in something than where the step began: thin parts that turn,
-  /// or bend, come to lie against others than those that `ahead` saw.
-  bool sank(const GroupContacts& ahead, const Penetration& now) const;
+  /// or bend, come to lie against others than those that `reachable_contacts` found.
+  bool sank_deeper(const GroupContacts& reachable, const Penetration& now) const;
 
   /// What the contacts of the last step pushed, the first guess of the next: part of the state.
   struct Memory {

@@ -7,20 +7,19 @@
 namespace archetide {
 
 /// The generalised mass of a body held at m points of a wall, C y = target: what the coupled solve
-/// uses in place of H so that a body lying on the floor is at rest to round-off under any load,
+/// uses instead of H so that a body lying on the floor is at rest to round-off under any load,
 /// water included.
 ///
-///   1. rows C of the points (contact_rows), reduced to pressing_rows(H, C, y*, target): those that
-///   the load
-///      before the coupled solve presses on the wall;
+///   1. rows C of the points (contact_rows), reduced to pressing_rows(H, C, y*, target): those
+///      that the load before the coupled solve presses on the wall;
 ///   2. K(H, C, target); the coupled solve starts from K.project(y*) and uses K.solve for H⁻¹;
-///   3. with y_free = y* + H⁻¹ Fᵀ p, y = K.project(y_free) (what the solve has found) and P and L
-///   change by the first
-///      six entries of Cᵀ K.impulses(y_free). A negative impulse is a point that is pulled: drop it
-///      and solve again, or let push_apart(y_free) release it (and add friction) after the solve.
+///   3. with y_free = y* + H⁻¹ Fᵀ p, y = K.project(y_free) (what the solve has found); P and L
+///      change by the first six entries of Cᵀ K.impulses(y_free). A negative impulse is a point
+///      that is pulled: drop it and solve again, or let push_apart(y_free) release it (and add
+///      friction) after the solve.
 ///
 /// Redundant rows (four corners of a rigid box) are ordinary: eigenvalues of C H⁻¹ Cᵀ below 1e-10
-/// of the largest count as zero, and the impulses are the least ones.
+/// of the largest count as zero, and the impulses are those of least norm.
 class ConstrainedMass {
  public:
   /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/contact/least_pushes.h"
+#include "runtime/contact/nonnegative_least_squares.h"
 
 namespace archetide {
 namespace {
@@ -71,7 +71,7 @@ ContactImpulses push_apart(const GeneralisedMass& H, const MatX& normals, const 
 
   // without friction the problem is solved exactly
   const Directions n{normals, responses(H, normals)};
-  out.normal = least_pushes(normals * n.response, target - normals * y);
+  out.normal = nonnegative_least_squares(normals * n.response, target - normals * y);
   y += n.response * out.normal;
   if (friction <= 0.0) return out;
 

@@ -14,7 +14,7 @@ struct ContactImpulses {
 /// Impulses that only push and obey Coulomb's law, and the velocity y that they leave (in place):
 /// every point k separates at least at target_k (m/s; 0: stops), with no impulse where it separates
 /// faster; a point slides against its friction impulse or sticks. Redundant points are ordinary.
-/// Without friction by the active set, exact; friction then by projected Gauss-Seidel [Jean 1999],
+/// Without friction by the active set, exact; friction then by projected Gauss-Seidel [Jea99],
 /// until changes are 1e-14 of the largest speed at the points, or 2000 turns.
 ContactImpulses push_apart(const GeneralisedMass& H, const MatX& normals, const MatX& tangents,
                            const VecX& target, double friction, VecX& y);

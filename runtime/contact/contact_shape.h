@@ -76,7 +76,7 @@ struct ContactShape {
 
 std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype);
 
-/// A closed surface over several bodies that were cut out of it (a skin), met by contact in place
+/// A closed surface over several bodies that were cut out of it (a skin), met by contact instead
 /// of theirs. Shared by all instances.
 struct CoverShape {
   GridSdf distance;                                         // at rest, coordinates of the whole

@@ -42,7 +42,7 @@ struct ContactSolveReport {
 };
 
 /// Contacts of many bodies: impulses that only push, at most friction times that along the
-/// tangents, equal and opposite at one common point. Block Gauss-Seidel [Jean 1999] on generalised
+/// tangents, equal and opposite at one common point. Block Gauss-Seidel [Jea99] on generalised
 /// velocities: O(r) a contact and sweep.
 class ContactSystem {
  public:

@@ -10,7 +10,7 @@
 namespace archetide {
 namespace {
 
-// Slopes of the distance that are believed: below one where it is rounded at edges and ridges,
+// Slopes of the distance that are used: below one where it is rounded at edges and ridges,
 // above where the body is compressed.
 constexpr double kLeastSlope = 0.5, kLargestSlope = 2.0;
 

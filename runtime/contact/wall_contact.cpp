@@ -147,8 +147,8 @@ VecX closing_targets(const std::vector<ContactPoint>& points, double dt) {
 
 }  // namespace
 
-StageContacts contacts_ahead(const ReducedBody& body, const FreeMotion& half, double dt,
-                             const WallContactOptions& options) {
+StageContacts reachable_wall_contacts(const ReducedBody& body, const FreeMotion& half, double dt,
+                                      const WallContactOptions& options) {
   constexpr int kTrials = 10;
   WallContactOptions beyond = options;
   beyond.tolerance = -kSlack * options.tolerance;

@@ -45,8 +45,8 @@ struct StageContacts {
 /// advances of the pose, each holding the points found before. target = -gap / dt lets a point come
 /// up to its wall and no farther, so bodies arrive at walls and lie on them without being pushed
 /// out.
-StageContacts contacts_ahead(const ReducedBody& body, const FreeMotion& half, double dt,
-                             const WallContactOptions& options);
+StageContacts reachable_wall_contacts(const ReducedBody& body, const FreeMotion& half, double dt,
+                                      const WallContactOptions& options);
 
 struct WallContactResult {
   Vec3 wall_impulse =
@@ -64,8 +64,9 @@ struct WallContactResult {
 /// through the body's own mass stop or reflect the approach, P and L change by exactly their sums;
 /// then a body that is beyond a wall by more than a tenth of the tolerance is translated out
 /// (half-way where two opposite walls squeeze it), which changes no momentum. `held`: the points of
-/// contacts_ahead; they count as contacts while they touch, and the others stay for the velocity
-/// stage (options.dt > 0; where bodies bounce, only if gap / dt is below the resting speed).
+/// reachable_wall_contacts; they count as contacts while they touch, and the others stay for the
+/// velocity stage (options.dt > 0; where bodies bounce, only if gap / dt is below the resting
+/// speed).
 WallContactResult resolve_wall_contacts(ReducedBody& body, const WallContactOptions& options,
                                         const std::vector<ContactPoint>& held = {});
 
@@ -79,7 +80,8 @@ BodyReach body_reach(const Archetype& archetype);
 double farthest_point(const ReducedBody& body, const BodyReach& reach);
 
 /// True if no surface point can be within the tolerance plus `margin` (m) of a closed side: O(r),
-/// no surface needed. Before contacts_ahead the margin is what the body may move in the step.
+/// no surface needed. Before reachable_wall_contacts the margin is what the body may move in the
+/// step.
 bool away_from_walls(const ReducedBody& body, const BodyReach& reach,
                      const WallContactOptions& options, double margin = 0.0);
 

@@ -146,7 +146,7 @@ int make_air_divergence_free(const Grid& g, const Array3<double>& phi,
   }
   const int iterations = solve_band(band, residual, psi);
 
-  // A face between two band cells hears of both from the lower one.
+  // A face between two band cells is set from the lower one.
 #pragma omp parallel for if (count > kParallelFrom)
   for (int t = 0; t < count; ++t) {
     const Ijk c = unravel(phi, band.cells[t]);

@@ -83,6 +83,7 @@ bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& 
   return any;
 }
 
+// Jᵀ of Eq. 4 with the weights of Section 7, times the load.
 void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
   const Vec3 w = corner.cwiseProduct(weight_);
   const Vec3 arm = w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2];
@@ -132,7 +133,7 @@ void without_spin(const BodySurface& body, VecX& force) {
 
 namespace {
 
-/// F of one body as its surface is swept: a column for each cell that was asked for.
+/// F of one body as its surface is swept: a column for each cell that was requested.
 class FluxColumns {
  public:
   FluxColumns(const CellBox& box, int dofs) : dofs_(dofs), slots_(box) {}
@@ -146,7 +147,7 @@ class FluxColumns {
     const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
     return columns_.data() + first;
   }
-  /// B_i = R phi_i - (I^-1 D_i) x x  takes the rigid spin out of each mode.
+  /// Eq. 16: B_i = R phi_i - (I^-1 D_i) x x takes the rigid spin out of each mode.
   BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {
     BodyFlux f;
     f.flux =
@@ -214,7 +215,8 @@ struct SweptSurface {
   std::vector<FluxColumns> columns;  // of every member
 };
 
-/// Every quantity is linear on a piece, so its value at the centroid times the area is exact.
+/// Gᵀ Wᵀ J of Eq. 45 with areas instead of 0 and 1. Every quantity is linear on a piece, so its
+/// value at the centroid times the area is exact.
 SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
   SweptSurface swept{SurfaceCells(cell_box(g, *s.points)), {}};
@@ -239,9 +241,8 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   return swept;
 }
 
-// Takes the net flux from motions that have next to none: what the mesh leaves of modes that keep
-// the volume. A closed tank would hold them to it: an elastic sphere of 16k tets, 1e-5 of whose
-// gross flux was left, rang 20 % too fast in one.
+// Removes the net flux of motions whose net flux is an error of the mesh: modes that keep the
+// volume. A closed tank would stop such a mode [D37].
 void balance_flux(MatX& flux) {
   constexpr double kNothing = 1e-3;  // net flux that is the mesh's, of the gross flux
   for (Eigen::Index d = 0; d < flux.rows(); ++d) {

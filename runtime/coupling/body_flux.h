@@ -12,11 +12,11 @@
 
 namespace archetide {
 
-/// F of one body (formulation sections 3 and 4): the volume flux that each generalised velocity
-/// pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over (surface within
-/// the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid motion obeys
-/// the discrete divergence theorem to round-off and volume-changing modes need no extra term.
-/// Voxel: F = G^T W^T Q on constraint faces.
+/// F of one body (docs/method.md, C4; Eq. 45: G^T W^T J): the volume flux that each generalised
+/// velocity pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over
+/// (surface within the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid
+/// motion obeys the discrete divergence theorem to round-off and volume-changing modes need no
+/// extra term. Voxel: F = G^T W^T Q on constraint faces.
 struct BodyFlux {
   std::vector<std::int64_t> cell;  // m, index into the grid
   MatX flux;                       // (6 + r) x m
@@ -113,7 +113,7 @@ std::vector<VecX> sum_of_parts(const WetSurface& surface,
                                const std::vector<std::vector<VecX>>& parts);
 
 /// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
-/// x x in place of R phi_i.
+/// x x instead of R phi_i.
 void without_spin(const BodySurface& body, VecX& force);
 
 /// Fractions that solids take of the grid: of each face's area and of each cell's volume, in [0,1].

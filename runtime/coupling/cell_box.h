@@ -21,7 +21,7 @@ struct CellBox {
 CellBox cell_box(const Grid& g, const std::vector<Vec3>& points);
 CellBox whole_box(const Grid& g);
 
-/// Numbers those cells of a box that are asked for, from 0 on.
+/// Numbers the requested cells of a box, from 0 on.
 class CellSlots {
  public:
   explicit CellSlots(const CellBox& box) : box_(box), slot_of_(box.count(), -1) {}

@@ -110,6 +110,7 @@ void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
   scatter_columns(bodies_[b].flux, bodies_[b].cell, v, y);
 }
 
+// Eqs. 42 and 43 with λ eliminated: H⁻¹ f; with joints Eq. 49.
 void CoupledOperator::respond(std::vector<VecX>& f) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) f[b] = (bodies_[b].inverse_mass * f[b]).eval();
   if (rows_) rows_->constrain(f);
@@ -127,6 +128,7 @@ std::vector<VecX> CoupledOperator::gather(const double* x) const {
   return f;
 }
 
+// Eq. 45 with λ eliminated: y = (Gᵀ e β⁻¹ G + F H⁻¹ Fᵀ) x.
 void CoupledOperator::apply(const double* x, double* y) const {
   water_.apply(x, y);
   std::vector<VecX> f = gather(x);

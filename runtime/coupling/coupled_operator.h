@@ -20,11 +20,13 @@ struct CoupledBody {
   VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
 };
 
-/// The full operator of formulation sections 3 and 4 on pressure alone, scaled like PoissonMatrix:
+/// Eq. 45 with the constraint impulses lambda eliminated (docs/method.md, C14): an operator on the
+/// pressure alone, scaled like PoissonMatrix:
 ///     A = A_water + sum over bodies  rho dx^3 Fhat H^-1 Fhat^T,   Fhat = F / dx^2.
 /// Symmetric positive (semi-)definite; rank 6 + r per body, never formed. Bodies that rows tie
 /// together answer as one: H^-1 is then their constrained inverse (Eq. 49 with lambda_a
 /// eliminated).
+/// The system before bodies are reduced: [RMSF11].
 class CoupledOperator {
  public:
   /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is

@@ -44,8 +44,8 @@ struct FaceRow {
   const double *x_low, *x_high;
 };
 
-// v -= x_high - x_low between unknowns; marks valid faces. Returns whether a face is left that lies
-// between an unknown and something else.
+// Eqs. 24 and 36: v -= x_high - x_low between unknowns; marks valid faces. Returns whether a face
+// is left that lies between an unknown and something else.
 bool apply_between_unknowns(const FaceRow& row, int begin, int end, double* v,
                             unsigned char* valid) {
   int left = 0;
@@ -68,7 +68,8 @@ void apply_in_water(const double* x_low, const double* x_high, int begin, int en
   std::fill(valid + begin, valid + end, 1);
 }
 
-// u = u* - (phi_high - phi_low) / theta on every open face of an unknown.
+// Eqs. 24 and 36: u = u* - (p_high - p_low) / theta on every open face of an unknown, p the unknown
+// of the solve.
 class PressureGradient {
  public:
   PressureGradient(const Grid& grid, const PressureSystem& system, double scale,
@@ -194,7 +195,7 @@ class PressureGradient {
   std::vector<std::vector<NarrowFace>>& narrow;  // of each plane
 };
 
-// y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
+// Eqs. 39 and 40: y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
 void add_motion(const ConstrainedInverse* rows, std::vector<VecX>& gained,
                 std::vector<CoupledBody>& bodies) {
   if (rows) rows->constrain(gained);
@@ -261,7 +262,8 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   }
   add_motion(operator_.rows(), gained, bodies);
 
-  // b = Fhat y - sum sign w u* + surface terms, on unknowns; phi = 0 elsewhere
+  // Right-hand side of Eq. 45: b = Fhat y - sum sign e u* + surface terms, on unknowns; p = 0
+  // elsewhere.
   const double to_phi = dt / g.dx;
   rhs_.resize(operator_.size());
 #pragma omp parallel for schedule(dynamic, 4)
@@ -300,7 +302,7 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   report.closed_regions = static_cast<int>(operator_.closed().count());
   report.incompatible_flow = incompatible * g.dx * g.dx;
 
-  // Pressure to bodies and water.
+  // Pressure to bodies, -Fhat^T p (Eqs. 39 and 40), and to the water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
     const VecX f = -rho * g.dx * g.dx * g.dx * operator_.gather(b, pressure.data());
@@ -315,6 +317,7 @@ std::size_t CoupledSolver::bytes() const {
   return multigrid_.bytes() + deflation_.bytes() + pcg_.bytes() + sizeof(double) * rhs_.size();
 }
 
+// Eq. 37: what is left of the divergence, with the flux of the bodies.
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
                       const std::vector<CoupledBody>& bodies, Vec3i* where) {
   std::vector<std::pair<std::int64_t, double>> pushed;  // into cells by bodies, by cell

@@ -117,10 +117,10 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   close_sides(g, options_.open_side, open_);
 }
 
-void Coupling::look_ahead(const std::vector<StageBody>& bodies) {
+void Coupling::prepare_geometry(const std::vector<StageBody>& bodies) {
   if (!wet()) return;
   update_geometry(bodies);
-  ahead_ = true;
+  geometry_is_prepared_ = true;
 }
 
 // Hydrostatic part of the water's pressure on every body.
@@ -198,14 +198,14 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
   if (stage == Stage::kPositionHalf && in.near_wall) {
     WallContactOptions walls = options_.walls;
     walls.dt = dt;
-    out.contacts = contacts_ahead(body, out.motion, dt, walls);
+    out.contacts = reachable_wall_contacts(body, out.motion, dt, walls);
   }
 
   c.y_star = out.motion.y_star;
   c.inverse_mass = out.motion.H.inverse();
   if (!wet()) return;
-  // (H + M) y = H y* + momentum of the water M that moves with the body: the paper's dual cells, or
-  // what the open fractions leave beside the wall.
+  // Eqs. 42 and 44: (H + M) y = H y* + momentum of the water M that moves with the body: the dual
+  // cells W β⁻¹ Wᵀ of the paper, or what the open fractions leave beside the wall.
   const MatX H = out.motion.H.dense();
   MatX& carried = carried_[b];
   if (skinned_[b]) {
@@ -297,7 +297,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
   return total;
 }
 
-// On the paper's constraint faces the water moves with the body.
+// Eq. 41: on constraint faces the water moves with the body.
 void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u) {
   for (std::size_t b = 0; b < voxels_.size(); ++b)
     for (const ConstraintFace& f : voxels_[b].faces)
@@ -376,7 +376,7 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const NarrowFlow& narrow, const Array3<double>* held) {
   const Grid& g = options_.grid;
   if (wet()) {
-    if (!std::exchange(ahead_, false)) update_geometry(bodies);
+    if (!std::exchange(geometry_is_prepared_, false)) update_geometry(bodies);
     assemble(surface);
     add_narrow_flow(narrow, open_, u);
   }
@@ -433,9 +433,9 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
     measure_impulses(dt, coupled, still);
   }
 
-  // What the body received beyond its forces is H (y - y*): dynamic pressure, the water carried
-  // with it, walls, contacts and joints. Without water these last are known as impulses, equal and
-  // opposite to the last digit.
+  // Eq. 40: what the body received beyond its forces is H (y - y*): dynamic pressure, the water
+  // carried with it, walls, contacts and joints. Without water these last are known as impulses,
+  // equal and opposite to the last digit.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     StageResult& out = results[b];
     out.y = coupled[b].y;

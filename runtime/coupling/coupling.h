@@ -62,7 +62,7 @@ struct StageResult {
 /// empty set.
 class Coupling {
  public:
-  /// `skins`: the water sees them in place of their members' own surfaces (cut cells only).
+  /// `skins`: the water sees them instead of their members' own surfaces (cut cells only).
   Coupling(const CouplingOptions& options, const std::vector<TriMesh>& obstacles,
            std::vector<Joint> joints = {}, std::vector<SkinnedBodies> skins = {});
 
@@ -82,7 +82,7 @@ class Coupling {
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
   /// The same for the next couple(), which must be of the same bodies, ahead of it.
-  void look_ahead(const std::vector<StageBody>& bodies);
+  void prepare_geometry(const std::vector<StageBody>& bodies);
 
   /// Of the last solve: faces whose velocity was solved for, open fractions of faces, solid
   /// fraction of cells.
@@ -173,9 +173,9 @@ class Coupling {
   std::vector<DualFaces> faces_;           // cut cells, of each body
   std::vector<char> skinned_;              // of each body: the water sees a skin in its place
   std::map<const Archetype*, InnerFlow> inner_flows_;
-  std::vector<MatX> carried_;      // cut cells: water that moves with each body, kg
-  std::vector<VoxelBody> voxels_;  // voxel
-  bool ahead_ = false;             // the geometry is that of the next couple()
+  std::vector<MatX> carried_;          // cut cells: water that moves with each body, kg
+  std::vector<VoxelBody> voxels_;      // voxel
+  bool geometry_is_prepared_ = false;  // the geometry is that of the next couple()
   std::vector<SlipFace> slip_faces_;
   PressureSystem system_;
   CoupledSolver solver_;

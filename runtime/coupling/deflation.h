@@ -15,12 +15,12 @@ namespace archetide {
 
 enum class DeflationChoice { kAuto, kNever, kAlways };
 
-/// Deflation of the pressures that light bodies answer to (formulation section 3). A differs from
-/// the water's operator by eigenvalues 1 + (added mass / body mass), up to 6 + r per body; they
-/// cost iterations where bodies are light. Y = one V-cycle of a box around each body applied to the
-/// columns of F, combined to the directions whose added mass exceeds kKept of the body's own. With
-/// E = Y^T A Y, `correct` after a cycle is the A-DEF2 form of deflated conjugate gradients [Tang,
-/// Nabben, Vuik, Erlangga 2009]: it needs Y^T r = 0 at the start, which `start` brings about.
+/// Deflation of the pressures that light bodies answer to (docs/method.md, C20; [D42]). A differs
+/// from the water's operator by eigenvalues 1 + (added mass / body mass), up to 6 + r per body;
+/// they cost iterations where bodies are light. Y = one V-cycle of a box around each body applied
+/// to the columns of F, combined to the directions whose added mass exceeds kKept of the body's
+/// own. With E = Y^T A Y, `correct` after a cycle is the A-DEF2 form of deflated conjugate
+/// gradients [TNVE09]: it needs Y^T r = 0 at the start, which `start` brings about.
 class Deflation {
  public:
   /// Builds Y and E, or nothing where that would cost more than the iterations to `tolerance` that

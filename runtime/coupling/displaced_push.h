@@ -14,7 +14,7 @@ namespace archetide {
 /// is there now. The difference, rho push over the volume that the surface has swept,
 ///     integral over the surface of rho (push . v) (d . n) dA,   d: way of the surface,
 /// is what makes the impulse of a step belong to its middle. Without it the step is of first order
-/// and bodies that move lose energy (a sphere rising by two radii at CFL 1: a fifth of it).
+/// and bodies that move lose energy [D47].
 /// `water.push` must be there.
 std::vector<VecX> displaced_push(const Grid& g, const WetSurface& surface,
                                  const std::vector<Vec3>& before, const FreeSurface& water,

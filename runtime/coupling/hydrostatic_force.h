@@ -5,15 +5,14 @@
 
 namespace archetide {
 
-/// Generalised force (6 + r) of the part of the water pressure that p' leaves out, -integral h v .
-/// n over the surface (formulation section 4b). h is linear on each piece of a triangle within a
-/// cell:
-///   wet, cell with unknown:     rho g . (x - x_ref)            so that p' + h is the total
-///   pressure wet, cell without:          rho g . (x - x_I)              the static pressure under
-///   the interface dry, cell with unknown:     rho g . (x_I - x_ref)          cancels the p' = p'_I
-///   that F applies there
-/// with x_I = x - phi grad phi the nearest point of the interface. Exact for a plane still surface
-/// at any position of the body, and independent of x_ref. `read_points` are the surface points
+/// Generalised force (6 + r) of the part of the water pressure that p' leaves out,
+/// -∫ π_h J^T n dA over the surface (docs/method.md, C2). π_h is linear on each piece of a triangle
+/// within a cell:
+///   wet, cell with an unknown:  rho g . (x - x_ref)    so that p' + π_h is the total pressure
+///   wet, cell without one:      rho g . (x - x_I)      the static pressure under the interface
+///   dry, cell with an unknown:  rho g . (x_I - x_ref)  cancels the p' = p'_I that F applies there
+/// with x_I = x - phi grad phi the nearest point of the interface. Exact for a plane surface at
+/// rest at any position of the body, and independent of x_ref. `read_points` are the surface points
 /// earlier in the step, where the hydrostatic pressure is read (pass surface.points when there is
 /// no step).
 VecX hydrostatic_force(const Grid& g, const BodySurface& surface,

@@ -7,15 +7,16 @@
 
 namespace archetide {
 
-/// Faces of which solids leave less than this open are narrow. The flux through one is as right as
-/// through any other, but the velocity is not that of the water around it (measured beside a
-/// falling torus: up to 400 m/s through 1e-5 of a face, where water and body moved at 2 m/s).
+/// Faces of which solids leave less than this open are narrow [D45]. The flux through one is as
+/// right as through any other, but the velocity is not that of the water around it (measured beside
+/// a falling torus: up to 400 m/s through 1e-5 of a face, where water and body moved at 2 m/s).
 constexpr double kTrustedOpening = 0.5;
-/// So are faces of which the surface leaves less than this in the water (theta times the opening):
-/// a little water that a pressure pushes far. What is shown to advection becomes the velocity of
-/// all the water that comes there next. (A dam of 0.6 x 1 m in a tank of 2 x 1.5 m, 32 cells/m:
-/// with it 14 m/s at most and an energy that never rises by more than 0.05 % of the first, without
-/// 21 m/s and 7 %; two pools beside a wall, into one of which a block of water falls, blew up.)
+/// So are faces of which the surface leaves less than this in the water (theta times the opening)
+/// [D46]: a little water that a pressure pushes far. What is shown to advection becomes the
+/// velocity of all the water that comes there next. (A dam of 0.6 x 1 m in a tank of 2 x 1.5 m, 32
+/// cells/m: with it 14 m/s at most and an energy that never rises by more than 0.05 % of the first,
+/// without 21 m/s and 7 %; two pools beside a wall, into one of which a block of water falls, blew
+/// up.)
 constexpr double kTrustedDepth = 0.75;
 
 /// A narrow face beside an unknown, before and after a solve.

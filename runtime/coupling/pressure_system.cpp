@@ -72,8 +72,7 @@ double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& g
     if (gravity[axis] == 0.0) continue;
     sum += gravity[axis] * way;
   }
-  // (Water falling between two pools: a face beside a partition drove itself from 14 to 240 m/s in
-  // 12 steps.)
+  // In impacts the pressure would feed on itself [D38].
   const double usual = surface.usual_acceleration;
   const double share = usual > 0.0 ? share_without_impact(std::sqrt(square) / usual) : 1.0;
   const double beyond = farthest / kFarthestPush;
@@ -157,8 +156,8 @@ const double* face_row(const FaceField<double>& f, int j, int k, int axis, int s
 }
 
 // The kinds of row (j, k); returns whether a solid cuts any of its cells. Cells that no solid cuts
-// are asked at their centre; the closed sides of the tank cut nothing. `ones`: nx times 1, `whole`:
-// nx numbers to work on.
+// are sampled at their centre; the closed sides of the tank cut nothing. `ones`: nx times 1,
+// `whole`: nx numbers to work on.
 bool classify_row(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
                   const Sides& open_side, int j, int k, const double* ones, unsigned char* whole,
                   CellKind* kind) {
@@ -240,7 +239,8 @@ bool is_inner(const Grid& g, const Sides& open_side, const std::vector<RowKind>&
          water(j + 1, k, kYMax) && water(j, k - 1, kZMin) && water(j, k + 1, kZMax);
 }
 
-// Diagonal and surface terms of an unknown that has, or may have, a prescribed value beside it.
+// Eq. 23 at the surface [GFCK02]: diagonal and right-hand side of an unknown that has, or may have,
+// a prescribed value beside it.
 void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, PlaneSums& sums) {
   PoissonMatrix& A = s.matrix;
   const std::size_t n = A.kind.index(c[0], c[1], c[2]);
@@ -264,8 +264,8 @@ void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, Plane
   sums.at_surface.push_back(n);
 }
 
-// Diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond the tank;
-// `beside`: nx numbers to work on.
+// Eq. 23: diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond
+// the tank; `beside`: nx numbers to work on.
 void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned char* beside,
                   PressureSystem& s, PlaneSums& sums) {
   const PoissonMatrix& A = s.matrix;

@@ -7,8 +7,8 @@
 
 namespace archetide {
 
-/// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref)
-/// (formulation section 4b; g a vector, so the free surface carries p' = -rho g . (x_I - x_ref)).
+/// Gravity and the point where dynamic and total pressure agree: p' = p - rho g . (x - x_ref). g is
+/// a vector, so the free surface carries p' = -rho g . (x_I - x_ref) (docs/method.md, C1).
 struct Hydrostatics {
   double density = 1000.0;           // kg/m^3
   Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
@@ -19,9 +19,8 @@ struct Hydrostatics {
 };
 
 /// How far back in the step, in steps, surface and bodies are read for their hydrostatic pressure.
-/// 1/2 leaves oscillations undamped, 1/2 - c takes c/2 (w dt)^2 of one of frequency w in a step: of
-/// the sloshing of a tank of 64 cells 0.3 % a period at the largest step, of waves of two cells 0.8
-/// % a step.
+/// 1/2 leaves oscillations undamped, 1/2 - c takes c/2 (w dt)^2 of one of frequency w in a step
+/// [D38].
 constexpr double kReadBack = 0.495;
 
 /// The free surface as the pressure sees it. The interface may be read earlier in the step: its
@@ -45,7 +44,7 @@ struct FreeSurface {
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x);
 
-/// What is known of a row of cells along x without asking them: no solid cuts any of them or their
+/// What is known of a row of cells along x without testing each: no solid cuts any of them or their
 /// neighbours' faces, and all are air, or water; of an inner one those around are water as well.
 enum class RowKind : unsigned char { kMixed, kAir, kWater, kInner };
 
@@ -70,10 +69,8 @@ struct PressureSystem {
   }
 };
 
-/// Where a cell is asked whether it is wet: its centre, moved towards its openings by half a cell
-/// times its solid fraction. Beside a body the centre may lie inside the solid: asked there,
-/// pockets of a few per cent of a cell passed for air and swallowed water (measured: a heaving
-/// sphere lost 0.5 % of the tank in 2 s, 32^3).
+/// The point at which phi decides whether a cell is wet: its centre, moved towards its openings by
+/// half a cell times its solid fraction. Beside a body the centre may lie inside the solid [D36].
 struct WetPoint {
   Vec3 x;      // m
   double phi;  // m
@@ -88,6 +85,7 @@ struct SurfaceFace {
   double value;  // p'_I / rho, m^2/s^2 (at the unclamped crossing)
 };
 constexpr double kThetaMin = 1e-3;
+/// Pressure at the surface: [GFCK02].
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                          const Hydrostatics& hydrostatics, const Vec3i& water_cell, int axis,
                          int sign);
@@ -98,8 +96,9 @@ double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<d
 
 /// Classifies cells (water where phi < 0 at the wet point and some face is open) and fills the
 /// system. `open` are the open area fractions of all faces, 0 on closed sides of the tank (kept by
-/// address). `solids`: faces beside each solid, shared out by this function. `changed`: where
-/// `open` is not what it was in the last call for this system; null: anywhere.
+/// address). `solids`: faces beside each solid, which this function assigns to cells. `changed`:
+/// where `open` is not what it was in the last call for this system; null: anywhere. Eq. 23. The
+/// variational form beside solids: [BBB07].
 void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                               const FaceField<double>& open, const Sides& open_side,
                               const Hydrostatics& hydrostatics,

@@ -56,6 +56,7 @@ std::vector<double> mean_curvature(const std::vector<Vec3>& points,
 /// Solid fractions by the divergence theorem: along each axis the solid fraction of a face is that
 /// of the previous face minus the surface's projected area in the cell between them. Adds them to
 /// `fractions` and returns the faces in the grid whose dual cell the surface crosses, columns -1.
+/// Open areas of faces as the coefficients at walls: [NMG09].
 std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
                                     SolidFractions& fractions);
 

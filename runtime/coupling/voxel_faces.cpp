@@ -16,8 +16,7 @@ struct Crossing {
   int sign;  // -1 entering (normal down), +1 leaving
 };
 
-// Barycentric weights of the point of triangle (a, b, c) closest to p [Ericson, Real-Time Collision
-// Detection, 5.1.5].
+// Barycentric weights of the point of triangle (a, b, c) closest to p [Eri05], 5.1.5.
 Vec3 closest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp);

@@ -7,9 +7,9 @@
 
 namespace archetide {
 
-/// The paper's voxel geometry of one body: a face is a constraint face when exactly one of its
-/// cells has its centre inside the body; the velocity there is that of the nearest surface point (J
-/// of Section 5.3).
+/// Eq. 41, the voxel geometry of the paper, of one body: a face is a constraint face when exactly
+/// one of its cells has its centre inside the body; the velocity there is that of the nearest
+/// surface point (J of Section 5.3).
 struct ConstraintFace {
   int axis;
   Vec3i face;    // index of the MAC face

@@ -19,8 +19,8 @@ namespace {
 using Mask = Array3<unsigned char>;
 
 // What MacCormack steps damp goes to zero with the step, and then eddies that the grid does not
-// resolve gain energy (a gyre in a box of 16^3 at CFL 0.3 fourfold in 10 s). So much as third-order
-// upwind differences carry, |u| dx^3 / 12 times the fourth derivative, keeps them bounded.
+// resolve gain energy. So much as third-order upwind differences carry, |u| dx^3 / 12 times the
+// fourth derivative, keeps them bounded [D22].
 constexpr double kUpwind = 1.0 / 12.0;
 
 struct Marks {

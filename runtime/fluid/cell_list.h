@@ -37,7 +37,7 @@ inline int cell_of(const Grid& g, const Vec3& x) {
 constexpr int kParallelFrom = 2048;
 
 /// `value`, but `old` where they differ by at most `rounding`; from there to twice as much in
-/// between, so that nothing hangs on a last digit.
+/// between, so that nothing depends on the last digit.
 inline double unless_rounding(double old, double value, double rounding) {
   const double change = value - old;
   if (std::abs(change) >= 2.0 * rounding) return value;
@@ -58,7 +58,7 @@ auto concatenate(const std::vector<Part>& parts, List list = {}) {
 }
 
 /// How much of each row along x of a lattice has a property. What holds for whole rows, as for most
-/// of the water, need not be asked point by point.
+/// of the water, need not be tested point by point.
 enum class Share : unsigned char { kNone, kSome, kAll };
 struct RowShares {
   int ny = 0;

@@ -154,7 +154,7 @@ void zero_invalid(Array3<double>& f, const Mask& valid) {
   }
 }
 
-// How far the slope of the line through `near` and `far` can be believed: near the interface, or
+// How far the slope of the line through `near` and `far` is used: near the interface, or
 // where the line runs along it. Deep water beside a body must not grow an interface inside the body
 // out of a slope (a bubble that once stuck to a sphere's underside fed itself so, and ate 1 % of
 // the tank a second).
@@ -240,7 +240,7 @@ double trusted_lines(const Array3<double>& phi, const Mask& valid, int n, double
 
 Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
   constexpr double kReach = 2.5;  // dx, from the surface: the cells that say where it is
-  constexpr int kRead = 4;  // cells from a solid to the farthest that is asked for it, and one more
+  constexpr int kRead = 4;  // cells from a solid to the farthest that reads it, and one more
   Mask sheet;
   if (solid.size() == 0) return sheet;
   const std::vector<char> near = rows_near_solids(solid, kRead);

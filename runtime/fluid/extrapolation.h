@@ -9,17 +9,16 @@ namespace archetide {
 /// Continues fields of face velocities from valid faces (valid == 1, of all fields) into invalid
 /// ones, layer by layer: every new face takes the mean over its valid face neighbours of the layers
 /// before, each continued by its slope in the first two layers (the smaller of the last two slopes,
-/// 0 where the last three are not alike): with constants alone the tip of a strained drop of 32
-/// cells was 0.75 % too short, so 0.4 %. On return valid is 1 on the faces that were valid, 1 + l
-/// on layer l <= layers, and 0 beyond, where u is set to zero.
+/// 0 where the last three are not alike) [D23]. On return valid is 1 on the faces that were valid,
+/// 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsigned char>& valid,
                           int layers);
 
 /// Continues the free surface into the cells with solid != 0 beside which it stands, up to `layers`
 /// cells deep: a sheet of phi along the surface, linear from the open cells next to it. Nothing
-/// that was inside the solid or lies below it in the water has a say, so the sheet cannot wander:
-/// when it could, air inside a held ring sank until the water below fell into it. Returns the mask
-/// of the sheet's cells. Cells that would change by less than rounding (1e-9 dx) keep their values.
+/// that was inside the solid or lies below it in the water has a say, so the sheet cannot move on
+/// its own [D30]. Returns the mask of the sheet's cells. Cells that would change by less than
+/// rounding (1e-9 dx) keep their values.
 Array3<unsigned char> continue_surface(const Grid& g, Array3<double>& phi,
                                        const Array3<unsigned char>& solid, int layers);
 

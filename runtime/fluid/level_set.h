@@ -7,11 +7,11 @@
 
 namespace archetide {
 
-/// Moves the zero level of phi (negative in water) over dt: semi-Lagrangian, midpoint back-traces,
-/// tricubic interpolation. Only cells with |phi| < band (m) change; and where the velocity crosses
-/// more than `still` cells in dt, as many cells beyond as it crosses more, where phi need not be a
-/// distance: the surface may come to lie there as well. Outside an open side of the tank is air:
-/// water standing there does not flow in for ever.
+/// Moves the zero level of phi [OS88] (negative in water) over dt: semi-Lagrangian, midpoint
+/// back-traces, tricubic interpolation. Only cells with |phi| < band (m) change; and where the
+/// velocity crosses more than `still` cells in dt, as many cells beyond as it crosses more, where
+/// phi need not be a distance: the surface may come to lie there as well. Outside an open side of
+/// the tank is air: water standing there does not flow in for ever.
 void advect_level_set(const Grid& g, const MacField& u, double dt, Array3<double>& phi, double band,
                       const Sides& open_side = {}, double still = INFINITY);
 

@@ -18,13 +18,13 @@ namespace {
 using Mask = Array3<unsigned char>;
 constexpr double kSmallest = 0.1, kLargest = 0.5;  // radii, dx [EMF02]
 // Particles live this near to the surface, dx. (3 in [EMF02]; Enright's sphere then ends with a
-// volume off by 0.07 in place of 0.13 %, Zalesak's disk and the vortex in a box as here.)
+// volume off by 0.07 instead of 0.13 %, Zalesak's disk and the vortex in a box as here.)
 constexpr double kHalfBand = 2.0;
-// An escaped particle is believed this far beyond the surface, dx, and then forgotten. Surface and
-// particles part by fractions of a cell where the surface is smooth; deeper ones are bubbles, which
-// air without pressure does not hold up, and spray. Believing them made splashes rough and lost
-// water: a ring dropped into a tub of 48^3 with 64 particles a cell took 381 steps for 2.5 s and
-// lost 2.8 % of the water in 1.5 s; so 0.8 %, without particles 0.3 %.
+// An escaped particle is used up to this far beyond the surface, dx, and then forgotten. Surface
+// and particles part by fractions of a cell where the surface is smooth; deeper ones are bubbles,
+// which air without pressure does not hold up, and spray. Believing them made splashes rough and
+// lost water: a ring dropped into a tub of 48^3 with 64 particles a cell took 381 steps for 2.5 s
+// and lost 2.8 % of the water in 1.5 s; so 0.8 %, without particles 0.3 %.
 constexpr double kDeepest = 0.25;
 constexpr std::uint64_t kSeed = 0x61726368657469ull;
 
@@ -107,7 +107,7 @@ struct Buckets {
   Bucket of(int cell) const { return {start[cell], start[cell + 1]}; }
 };
 
-// A particle is useful near the surface; an escaped one as long as it is believed.
+// A particle is useful near the surface; an escaped one as long as it is used.
 bool is_useful(double distance, double dx) {
   return distance > -kDeepest * dx && distance < kHalfBand * dx;
 }
@@ -204,7 +204,7 @@ void claim(const Grid& g, const PhiSampler& phi, const Particles& p, int t,
   }
 }
 
-// Those of the particles `first` .. `end` - 1 that may be believed: no farther from the surface
+// Those of the particles `first` .. `end` - 1 that are used: no farther from the surface
 // than kDeepest. (Listed without a branch, of which no one could foretell the outcome.)
 std::vector<int> shallow_particles(const Particles& p, double dx, int first, int end) {
   std::vector<int> list(end - first + 1);

@@ -64,7 +64,7 @@ struct Steps {
 };
 
 /// Places of a block beside their points: bit a set where below along axis a, kFar where farther
-/// than asked along any. (What is not a number may count as either: it stays so.)
+/// than tested along any. (What is not a number may count as either: it stays so.)
 struct BlockSides {
   static constexpr unsigned char kFar = 8;
   std::uint64_t bytes;

@@ -90,7 +90,7 @@ double slope_to_remove(double slope) {
 }
 
 // Distance (m) of the centre of cell c to the zero level of the tricubic interpolant: Newton
-// towards the surface, and along it towards the foot of the perpendicular [Chopp 2001]. Negative
+// towards the surface, and along it towards the foot of the perpendicular [Cho01]. Negative
 // when it does not get there. Fourth order, so that doing it often does not wander: dividing phi by
 // its slope moved a compressed drop's surface out by 0.1 dx in 200 steps.
 double distance_to_foot(const Array3<double>& phi, Ijk c, double dx) {
@@ -221,7 +221,7 @@ void swap_where_less(UpwindAxis& x, UpwindAxis& y) {
 
 // What the neighbours to one side say, m: `near` next to the cells, `next` beyond. Where distances
 // come down towards the surface second order, (3 psi - 4 psi_1 + psi_2) / 2 = 3/2 (psi - (4 psi_1 -
-// psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice hangs on a
+// psi_2)/3); less of it the flatter they are, exact for planes all the way: no choice depends on a
 // last digit.
 template <bool kSecondOrder>
 void upwind_side(const Block& near, const Block& next, const Front& f, UpwindAxis& out,

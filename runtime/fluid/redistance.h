@@ -11,6 +11,7 @@ namespace archetide {
 /// by rounding. Cells with solid != 0 (an empty mask: none) are measured through: the surface goes
 /// on in them where sheet != 0 (see continue_surface); where phi changes sign elsewhere inside a
 /// body or against it is no surface.
+/// Upwind updates repeated until nothing changes, as in [Zha05].
 void redistance(const Grid& g, Array3<double>& phi, double band,
                 const Array3<unsigned char>& solid = {}, const Array3<unsigned char>& sheet = {});
 

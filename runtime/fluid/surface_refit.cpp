@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kOpen = 0.02;       // a cell less open than this holds no residual
 constexpr double kNothing = 1e-12;   // residual, dx^3
-constexpr double kReach = 4.9;       // from the surface that residual is shared out, dx
+constexpr double kReach = 4.9;       // from the surface that residual is distributed, dx
 constexpr double kDeep = 1e-3;       // residual deep in water that is carried, dx^3
 constexpr double kStep = 0.1;        // dx, of the difference that the surface's area stems from
 constexpr double kLeastArea = 0.02;  // of surface in reach, dx^2, that residual is given to

@@ -15,7 +15,7 @@ namespace archetide {
 void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
                   Array3<double>& held, Array3<double>& residual);
 
-/// The flow u takes the residual along for dt: forward traces, shared out to the open cells around
+/// The flow u takes the residual along for dt: forward traces, distributed to the open cells around
 /// the end. Deep in the water what is small stays where it is. Cells that a solid fills give theirs
 /// to open ones beside them.
 void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<double>& phi,
@@ -28,10 +28,10 @@ void carry_residual(const Grid& g, const MacField& u, double dt, const Array3<do
 void bring_to_surface(const Grid& g, const Array3<double>& phi, const Vec3& gravity,
                       const Array3<double>& solid, Array3<double>& residual);
 
-/// Moves the surface where residual lies nearby, so that it takes it up: phi -= s, s the residual
-/// of the cells within 2 cells (what finds no surface there: 6 cells) over the area of the surface
-/// that shares it, both smoothed by the same symmetric kernel, so that nothing is lost. Goes
-/// through open faces only.
+/// Moves the surface where residual lies nearby, so that it takes it up (docs/method.md, V5):
+/// phi -= s, s the residual of the cells within 2 cells (within 12, for what finds no surface
+/// there) over the area of the surface that shares it, both smoothed by the same symmetric kernel,
+/// so that nothing is lost. Goes through open faces only.
 class SurfaceRefit {
  public:
   /// Returns the volume that the surface took up and gave, both counted, m^3.

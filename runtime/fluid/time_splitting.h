@@ -7,17 +7,17 @@
 namespace archetide {
 
 /// The pieces of a second-order time splitting at two pressure solves a step, after the
-/// advection-reflection of [ZNT18] (Zehnder, Narain, Thomaszewski, SIGGRAPH 2018). With A_h(v; w)
-/// the advection of v by w over h, and g = (dt/2) grad p / rho of the half-step solve:
-///     u^{n+1/2} = A_{dt/2}(u^n; w^{n+1/4}) - g
-///     u*        = A_{dt/2}(u^{n+1/2} - g; w^{n+3/4}) + 2 g
+/// advection-reflection of [ZNT18] (docs/method.md, W1, W4, W6). With A_h(v; w) the advection of v
+/// by w over h, Γ = (dt/2) grad p' / rho the push of the half-step solve, and η in [0, 1] the share
+/// that is reflected (1 but for impacts):
+///     u^{n+1/2} = A_{dt/2}(u^n; w^{n+1/4}) - Γ
+///     u*        = A_{dt/2}(u^{n+1/2} - η Γ; w^{n+3/4}) + (1 + η) Γ
 /// What the last line gives back the full-step solve takes again: the difference to the plain
 /// splitting is the commutator of advection and pressure alone, so that still water stays still and
 /// the full-step solve keeps the whole pressure impulse, on bodies too.
 
 /// How much of an acceleration is taken for the flow's own, by its size in usual ones: all up to 1,
-/// nothing from 2 on, where it is an impact's. (From 2 to 4: eight random violent scenes gain 2.2 %
-/// of energy in the mean in place of 1.6.)
+/// nothing from 2 on, where it is an impact's [D38].
 inline double share_without_impact(double size) {
   constexpr double kAllOf = 1.0, kNothingOf = 2.0;
   return std::min(std::max((kNothingOf - size) / (kNothingOf - kAllOf), 0.0), 1.0);

@@ -16,7 +16,7 @@ namespace {
 // Water that comes from farther above or below the surface than its way and this, cells, is all
 // water or all air.
 constexpr double kCut = 1.0;
-constexpr double kTimesPerCell = 2.0;  // that the wet share is asked
+constexpr double kTimesPerCell = 2.0;  // at which the wet share is evaluated
 constexpr int kMostTimes = 64;
 
 // Flow through faces in cell volumes.

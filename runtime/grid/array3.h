@@ -11,7 +11,7 @@
 
 namespace archetide {
 
-/// What a vector makes of its own accord holds no value yet.
+/// Elements that a vector creates are left uninitialised.
 template <class T>
 struct UnfilledAllocator : std::allocator<T> {
   template <class U>

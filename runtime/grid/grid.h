@@ -58,7 +58,7 @@ void copy_values(const FaceField<T>& from, FaceField<T>& to) {
   for (int a = 0; a < 3; ++a) copy_values(from[a], to[a]);
 }
 
-/// Face-normal velocities, m/s.
+/// Face-normal velocities on the staggered grid [HW65], m/s.
 using MacField = FaceField<double>;
 
 /// Trilinear interpolation of cell-centred values at world position x, clamped to the outermost

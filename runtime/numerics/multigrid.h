@@ -15,6 +15,7 @@ struct MultigridLevel;
 /// black, red after the coarse correction), 2x2x2 piecewise-constant aggregation with face
 /// coefficients rescaled by 1/2. Symmetric positive definite on the unknowns for every admissible
 /// matrix; bit-identical for any thread count.
+/// Multigrid as the preconditioner of conjugate gradients: [MST10], [D39].
 class Multigrid {
  public:
   Multigrid();

@@ -307,8 +307,8 @@ void MultigridLevel::sum_diagonal_row(int j, int k) {
 // The surface where it is: from a coarse centre to the value prescribed at theta fine cells behind
 // a fine child there are 1/2 + theta fine cells, not the 2 that the face coefficient w / 2 stands
 // for. This adds w / (1/2 + theta) - w / 2 for the faces of plane k of `fine` to Dirichlet cells
-// (theta: mean over a cell's faces). Measured: 7 iterations in place of 10 in a layer of 5 cells,
-// 10 in place of 11 at 128^3.
+// (theta: mean over a cell's faces). Measured: 7 iterations instead of 10 in a layer of 5 cells,
+// 10 instead of 11 at 128^3.
 void MultigridLevel::add_surface(const MultigridLevel& fine, int k) {
   const auto& segments = fine.rows.plane(k);
   for (std::size_t m = 0; m < segments.size(); ++m) {

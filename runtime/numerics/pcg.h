@@ -122,9 +122,9 @@ class PcgRun {
 
 }  // namespace detail
 
-/// Solves A x = b by preconditioned conjugate gradients in fp64, from the x given. When `a` has
-/// project(), b is taken by its part in the range of A, and x comes back without null-space part.
-/// The residual reported is recomputed at the end. Allocates only when the size changes.
+/// Solves A x = b by preconditioned conjugate gradients [HS52] in fp64, from the x given. When `a`
+/// has project(), b is taken by its part in the range of A, and x comes back without null-space
+/// part. The residual reported is recomputed at the end. Allocates only when the size changes.
 template <LinearOperator Op, Preconditioner M>
 SolveReport pcg(const Op& a, M& m, const double* b, double* x, const PcgOptions& options,
                 PcgWorkspace& workspace) {

@@ -21,6 +21,7 @@ enum class CellKind : std::uint8_t {
 /// diag_c sums w_f over faces to unknowns and w_f / theta_f over faces to Dirichlet cells (theta in
 /// (0,1] is the distance to the interface in cells; an open tank side has theta = 1/2). Vectors
 /// have one entry per cell of the box; entries of cells without an unknown are 0 and stay 0.
+/// Eq. 23, with the pressure at the surface of [GFCK02].
 struct PoissonMatrix {
   int nx = 0, ny = 0, nz = 0;
   Array3<CellKind> kind;  // cells

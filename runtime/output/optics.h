@@ -43,8 +43,7 @@ inline std::uint8_t encoded(float linear) {
 }
 
 /// Points in the unit square for one sample of one pixel. Over the samples they follow the R2
-/// sequence [Roberts 2018]; each request and pixel shifts it by interleaved gradient noise [Jimenez
-/// 2014], so that neighbours err differently.
+/// sequence [Rob18]; each request and pixel shifts it by interleaved gradient noise [Jim14], so that neighbours err differently.
 class Dice {
  public:
   Dice(int x, int y, int sample) : x_(x), y_(y), sample_(sample) {}

@@ -27,7 +27,7 @@ struct RayHit {
   explicit operator bool() const { return mesh >= 0; }
 };
 
-/// Triangle meshes behind a bounding volume hierarchy (embree). Safe to ask from many threads.
+/// Triangle meshes behind a bounding volume hierarchy (embree). Safe to query from many threads.
 class RayScene {
  public:
   /// The meshes are numbered as given; they are copied. Throws MachineError when this build has no

@@ -77,7 +77,7 @@ bool is_scorecard(const TextTable& t) {
 std::string scorecard_section(const TextTable& t) {
   std::vector<std::size_t> all, missed;
   std::size_t unknown = 0;
-  // Rows of one case may share their seconds: the dearest of each stands for it.
+  // Rows of one case may share their seconds: the most expensive of each stands for it.
   std::map<std::string, double> seconds;
   for (std::size_t n = 0; n < t.rows.size(); ++n) {
     all.push_back(n);
@@ -91,7 +91,7 @@ std::string scorecard_section(const TextTable& t) {
                      std::to_string(all.size()) + " figures meet their target</b>, in " +
                      std::to_string(seconds.size()) + " cases with known answers; " +
                      std::to_string(missed.size() - unknown) + " misses are known and explained, " +
-                     std::to_string(unknown) + " are not. The dearest rows of all cases took " +
+                     std::to_string(unknown) + " are not. The most expensive rows of all cases took " +
                      fixed_text(cpu, 0) +
                      " CPU seconds together. Bars: error as a share of its target, on a scale of "
                      "powers of ten from 1 % to 1000 %.</p>\n";

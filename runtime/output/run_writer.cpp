@@ -265,6 +265,19 @@ struct RunWriter::Impl {
   void show_summary(const Profile& profile) {
     for (const std::string& line : summary_lines(manifest, profile)) progress.line(line);
   }
+
+  void finish(int exit_code, const std::string& reason, const Simulation& simulation) {
+    stats.flush();
+    bodies.flush();
+    fill_totals(simulation);
+    manifest.exit = exit_code;
+    manifest.reason = reason;
+    show_summary(simulation.profile());
+    if (!reason.empty()) progress.line(reason);
+    write_manifest(folder + "manifest.json", manifest);
+  }
+
+  void write_stamp() { write_file_atomically(folder + "done.stamp", manifest.finished + '\n'); }
 };
 
 RunWriter::RunWriter(RunSetup setup, const Simulation& simulation) {
@@ -305,17 +318,12 @@ void RunWriter::on_frame(Simulation& simulation) {
 }
 
 void RunWriter::finish(int exit_code, const std::string& reason, const Simulation& simulation) {
-  Impl& d = *impl_;
-  d.stats.flush();
-  d.bodies.flush();
-  d.fill_totals(simulation);
-  d.manifest.exit = exit_code;
-  d.manifest.reason = reason;
-  d.show_summary(simulation.profile());
-  if (!reason.empty()) d.progress.line(reason);
-  write_manifest(d.folder + "manifest.json", d.manifest);
-  if (exit_code == kExitDone)
-    write_file_atomically(d.folder + "done.stamp", d.manifest.finished + '\n');
+  impl_->finish(exit_code, reason, simulation);
+  if (exit_code == kExitDone) impl_->write_stamp();
+}
+
+void RunWriter::finish_part(const std::string& reason, const Simulation& simulation) {
+  impl_->finish(kExitDone, reason, simulation);
 }
 
 void RunWriter::add_closed_form(const Manifest::ClosedFormEntry& entry) {

@@ -60,9 +60,11 @@ MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& fie
 /// bodies.csv, frames/*, and done.stamp last. Every complete file appears whole (X.part, sync,
 /// rename); the CSV files and the log grow. Progress goes to stderr.
 ///
-///   RunWriter out(setup, simulation);  out.on_frame(simulation);      // frame 0 is the initial
-///   state per step: out.on_step(simulation.step(dt), simulation);           per frame:
-///   out.on_frame(simulation); out.finish(exit_code, reason, simulation);
+///   RunWriter out(setup, simulation);
+///   out.on_frame(simulation);                      // frame 0 is the initial state
+///   out.on_step(simulation.step(dt), simulation);  // each step
+///   out.on_frame(simulation);                      // each frame
+///   out.finish(exit_code, reason, simulation);
 class RunWriter {
  public:
   /// Throws MachineError when the folder cannot be written, InputError for an unknown frame kind.
@@ -77,6 +79,8 @@ class RunWriter {
   void on_frame(Simulation& simulation);
   /// Summary and the final manifest; done.stamp only when exit_code is 0. `reason` may be empty.
   void finish(int exit_code, const std::string& reason, const Simulation& simulation);
+  /// The same of a run that was to go only so far: exit code 0, but no done.stamp.
+  void finish_part(const std::string& reason, const Simulation& simulation);
   /// Into the manifest of finish().
   void add_closed_form(const Manifest::ClosedFormEntry& entry);
   /// Number of the frame that was written last, -1: none.

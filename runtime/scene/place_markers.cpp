@@ -25,7 +25,7 @@ void place(const MarkersSpec& spec, const Grid& g, const Array3<double>& phi,
   int placed = 0;
   for (long tries = 0; placed < spec.count; ++tries) {
     if (tries > kTriesPerPoint * (placed + 1))
-      throw InputError({{spec.where, "there is next to no water where these markers should be",
+      throw InputError({{spec.where, "there is almost no water where these markers should be",
                          "move the box or the ball into the water"}});
     const Vec3 x = uniform_point(box, random);
     if (spec.ball && (x - spec.ball->centre).norm() > spec.ball->radius) continue;

@@ -35,6 +35,10 @@ double next_step(double remaining, double stable) {
   return remaining / std::max(1.0, std::ceil(remaining / stable - 1e-9));
 }
 
+int frame_count(double end_time, double fps) {
+  return 1 + static_cast<int>(std::ceil(end_time * fps - kSameTime));
+}
+
 RunEnd run_frames(Simulation& simulation, const RunPlan& plan, const RunEvents& events) {
   const double frame = 1.0 / plan.fps;
   if (!plan.resumed) events.on_frame();

@@ -30,6 +30,9 @@ enum class RunEnd { kDone, kStopped };
 /// frames. Throws SimulationFailure when the simulation says so.
 RunEnd run_frames(Simulation& simulation, const RunPlan& plan, const RunEvents& events);
 
+/// Frames that a run of `end_time` seconds writes, the initial state included.
+int frame_count(double end_time, double fps);
+
 /// The even split of `remaining` seconds into steps of at most `stable` seconds: the next step.
 double next_step(double remaining, double stable);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kTriesPerInstance = 2000;
 
-// Uniform over all rotations [Shoemake 1992].
+// Uniform over all rotations [Sho92].
 Quat random_rotation(std::mt19937_64& random) {
   const double u = uniform(random);
   const double a = 2.0 * std::numbers::pi * uniform(random);

@@ -68,13 +68,14 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
   for (int i = 0; i < body.r; ++i) t.D.col(i) = R * axial(t.moments.C[i]);
   t.spin_of_modes = t.inertia_inverse * t.D;
 
-  // M_q = Bᵀ M B = M_r − Dᵀ I⁻¹ D
+  // Eq. 21: the modes without rigid motion have the mass M_q = Bᵀ M B = M_r − Dᵀ I⁻¹ D
   t.M_q = body.mass_scale * body.archetype->M_r.topLeftCorner(body.r, body.r);
   if (mass == ModalMass::kExact) t.M_q.noalias() -= t.D.transpose() * t.spin_of_modes;
   t.shape = shape_correction(body, c.q);
   return t;
 }
 
+// Eq. 35: ω = I⁻¹(L − D q̇).
 Vec3 frame_spin(const ConfigurationTerms& terms, const Vec3& L, const VecX& q_dot) {
   return terms.inertia_inverse * (L - terms.D * q_dot);
 }
@@ -95,7 +96,7 @@ VecX fictitious_force(const ReducedBody& body, const Configuration& at,
   const Mat3 spin = skew(w);
   const Mat3 spin_squared = spin * spin;
 
-  // −Σ m φ_i · (w × (w × y) + 2 w × u) = −tr([w]² C_i) − 2 tr([w] Bqd_iᵀ), u = S q̇
+  // Eqs. 5 and 7: −Σ m φ_i · (w × (w × y) + 2 w × u) = −tr([w]² C_i) − 2 tr([w] Bqd_iᵀ), u = S q̇
   VecX g(body.r);
   Mat3 C_u = Mat3::Zero();  // Σ m y uᵀ
   for (int i = 0; i < body.r; ++i) {
@@ -107,7 +108,8 @@ VecX fictitious_force(const ReducedBody& body, const Configuration& at,
     C_u += at.q_dot[i] * terms.moments.C[i];
   }
 
-  // torque of the same forces, Σ m y × a = w × Syy w − 2 (w tr C_u − C_uᵀ w), taken out by Bᵀ
+  // Eq. 16: the torque of the same forces, Σ m y × a = w × Syy w − 2 (w tr C_u − C_uᵀ w), taken out
+  // by Bᵀ
   const Vec3 torque =
       w.cross(terms.moments.Syy * w) - 2.0 * (C_u.trace() * w - C_u.transpose() * w);
   g.noalias() -= terms.spin_of_modes.transpose() * (R * torque);

@@ -45,8 +45,8 @@ void ConstrainedInverse::setup(const std::vector<const MatX*>& inverse_mass,
   factor_.setup(std::move(S));
 }
 
-// Rows of one pair, scaled to unit diagonal of C H^-1 C^T; those that depend on each other drop
-// out: C' H^-1 C'^T = 1.
+// a_33 of Eq. 49. Rows of one pair, scaled to unit diagonal of C H^-1 C^T; those that depend on
+// each other drop out: C' H^-1 C'^T = 1.
 void ConstrainedInverse::reduce(Pair& pair) const {
   const MatX& inverse_a = *inverse_mass_[pair.a];
   Eigen::Index m = 0;
@@ -92,6 +92,7 @@ MatX ConstrainedInverse::coupling(const Pair& p, const Pair& q) const {
   return S;
 }
 
+// Eq. 49 with λ_a eliminated: y − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C y.
 template <class Matrix>
 void ConstrainedInverse::constrain(std::vector<Matrix>& y) const {
   if (pairs_.empty()) return;
@@ -147,6 +148,7 @@ std::vector<VecX> ConstrainedInverse::solve(const std::vector<VecX>& speed) cons
   return to_blocks(x);
 }
 
+// Eqs. 47 and 48: λ_a from the rows of the joints.
 std::vector<VecX> ConstrainedInverse::multipliers(const std::vector<VecX>& y) const {
   std::vector<VecX> lambda(blocks_.size()), now = y, missing(blocks_.size());
   // twice: the second time takes away what rounding left
@@ -164,6 +166,7 @@ std::vector<VecX> ConstrainedInverse::multipliers(const std::vector<VecX>& y) co
   return lambda;
 }
 
+// Eq. 46: Cᵀ λ_a, what the joints give to the bodies.
 std::vector<VecX> ConstrainedInverse::impulses(const std::vector<VecX>& lambda) const {
   std::vector<VecX> f(inverse_mass_.size());
   for (const int b : bodies_) f[b] = VecX::Zero(inverse_mass_[b]->rows());

@@ -17,7 +17,8 @@ struct RowBlock {
   VecX target;  // m, m/s
 };
 
-/// The inverse mass of bodies that rows C y = target tie to each other (formulation section 5):
+/// The inverse mass of bodies that rows C y = target tie to each other (docs/method.md, C17;
+/// Eq. 49 with lambda_a eliminated):
 ///     H^-1 - H^-1 C^T (C H^-1 C^T)^+ C H^-1,
 /// the (1,1) block of the inverse of [[H, C^T], [C, 0]]; C H^-1 C^T is a_33 of Eq. 49. Never
 /// formed: it is H^-1 body by body and then `constrain`, O(rows) for trees of bodies.

@@ -3,13 +3,13 @@
 namespace archetide {
 namespace {
 
-/// dt/2 C + dt²/4 K (trapezoid, either stage), or h C + h² K with h the stage's length (backward
-/// Euler).
+/// dt/2 C + dt²/4 K (trapezoid, either stage), or Eq. 31: h C + h² K with h the length of the stage
+/// (backward Euler).
 MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep step) {
   const Archetype& a = *body.archetype;
   const bool trapezoid = step == ModalStep::kTrapezoid;
   const double h = trapezoid || stage == Stage::kPositionHalf ? 0.5 * dt : dt;
-  // C = α M_r + β K_r
+  // Eq. 9: C = α M_r + β K_r
   return (h * a.alpha * body.mass_scale) * a.M_r.topLeftCorner(body.r, body.r) +
          (h * a.beta + h * h) * a.K_r.topLeftCorner(body.r, body.r);
 }
@@ -37,6 +37,7 @@ VecX GeneralisedMass::apply(const VecX& y) const {
   return f;
 }
 
+// Eqs. 10 and 34: H⁻¹ f, H = diag(m 1, I, M̂). With J on both sides it is K_λ of Eq. 43.
 VecX GeneralisedMass::solve(const VecX& f) const {
   VecX y(size());
   y.head<3>() = f.head<3>() / mass;
@@ -80,12 +81,13 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   out.H = generalised_mass(body, out.terms, dt, stage, options.step);
   const double h = stage_length(dt, stage);
 
-  // momenta change by the impulse of the force alone
+  // Eqs. 26 and 28: momenta change by the impulse of external forces alone
   VecX momentum(body.dofs());
   momentum.head<3>() = body.P + h * force.head<3>();
   momentum.segment<3>(3) = body.L + h * force.segment<3>(3);
 
-  // M̂ q̇* = M_q q̇ⁿ − h K qⁿ + h (g + f_q); the trapezoid's full step averages C and K over qⁿ, qⁿ⁺¹
+  // Eqs. 25, 32 and 34: M̂ q̇* = M_q q̇ⁿ − h K qⁿ + h (g + f_q); the trapezoid's full step averages
+  // C and K over qⁿ, qⁿ⁺¹
   if (body.r > 0) {
     const VecX q_n = 2.0 * at.q - body.q;
     const auto K = body.archetype->K_r.topLeftCorner(body.r, body.r);
@@ -100,6 +102,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   return out;
 }
 
+// Eqs. 39 and 40 as momenta.
 void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L) {
   body.P += delta_P;
   body.L += delta_L;

@@ -9,9 +9,9 @@
 
 namespace archetide {
 
-/// Keeps bodies from turning inside out while they step. Modes only: linear and angular momentum
-/// stay as they are, elastic energy and the modes' kinetic energy can only fall. Costs nothing for
-/// rigid bodies, O(r) a step for others that are far from the limit.
+/// Keeps bodies from turning inside out while they step [D33]. Modes only: linear and angular
+/// momentum stay as they are, elastic energy and the modes' kinetic energy can only fall. Costs
+/// nothing for rigid bodies, O(r) a step for others that are far from the limit.
 class InversionGuard {
  public:
   /// Forgets who was held.

@@ -9,18 +9,17 @@
 
 namespace archetide {
 
-/// How the modes are advanced: the trapezoidal rule (default) or backward Euler (the paper's Eq.
-/// 31).
+/// How the modes are advanced: the trapezoidal rule (default) [D32] or backward Euler (Eq. 31).
 enum class ModalStep { kTrapezoid, kBackwardEuler };
-/// M_q = B^T M B at the current q (default), or the paper's constant M_r.
+/// M_q = B^T M B at the current q (default) [D2], or the paper's constant M_r.
 enum class ModalMass { kExact, kPaper };
 struct ModalOptions {
   ModalStep step = ModalStep::kTrapezoid;
   ModalMass mass = ModalMass::kExact;
 };
 
-/// One instance of an archetype: pose, momenta, modal state. r = 0 is a rigid body through the same
-/// code. World frame unless the name ends in _body.
+/// One instance of an archetype: pose, momenta, modal state [SLYF15]. r = 0 is a rigid body through
+/// the same code. World frame unless the name ends in _body.
 struct ReducedBody {
   std::shared_ptr<const Archetype> archetype;
   double mass_scale = 1.0;  // density / archetype density; scales every mass, leaves K alone
@@ -92,8 +91,9 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
 
 /// H = diag(m 1, I, Mhat): the generalised mass that the coupled solve sees. The generalised
 /// velocity is y = (v, w, q_dot) with v = P/m and w = I^-1 L (the spin that carries all of L), 6 +
-/// r entries; a particle at moment arm x moves with v + w x x + B q_dot. M_hat = M_q + dt/2 C +
-/// dt^2/4 K (trapezoid) or M_q + dt C + dt^2 K (backward Euler).
+/// r entries; a particle at moment arm x moves with v + w x x + B q_dot. M_hat (Eq. 31) is
+///   M_q + dt/2 C + dt^2/4 K  (trapezoid, both stages),
+///   M_q + h C + h^2 K        (backward Euler; h is dt/2 in the position stage, else dt).
 struct GeneralisedMass {
   double mass = 0.0;
   Mat3 inertia, inertia_inverse;
@@ -137,7 +137,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
                        double dt, Stage stage, const ModalOptions& options);
 
 /// Fictitious force on the modes, r: B^T( -m (w x (w x y) + 2 w x S q_dot) ) with w the frame's
-/// spin I^-1 (L - D q_dot); formulation section 1. The Euler term is removed exactly by B.
+/// spin I^-1 (L - D q_dot) (Eqs. 5 and 7; docs/method.md, S6). B removes the Euler term exactly.
 VecX fictitious_force(const ReducedBody& body, const Configuration& at,
                       const ConfigurationTerms& terms);
 

@@ -16,6 +16,7 @@ Vec3 moment_arm(const ReducedBody& body, int v) {
 
 }  // namespace
 
+// Eq. 1, with the shape correction: x = t + R (s (x0 + S q) + d).
 void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
                      const Vec3& origin, std::vector<Vec3>& places) {
   const ShapeCorrection shape = shape_correction(body, body.q);
@@ -46,6 +47,7 @@ MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, cons
   MatX J(3, body.dofs());
   J.leftCols<3>().setIdentity();
   J.middleCols<3>(3) = -arm_cross;
+  // Eq. 4, [1, −[a]×], and the modes of Eq. 21 with their rigid motion taken out (Eq. 16):
   // B_i = R (s φ_i + d_rate_i) + (d ln s/dq_i) x − (I⁻¹ D_i) × x
   J.rightCols(body.r) =
       body.rotation.toRotationMatrix() * (terms.shape.s * phi + terms.shape.shift_rate) +
@@ -57,6 +59,7 @@ MatX point_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, in
   return arm_jacobian(body, terms, moment_arm(body, v), modes_at(body, v));
 }
 
+// Eq. 3: v + ω × a + B q̇.
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v) {
   return point_jacobian(body, terms, v) * generalised_velocity(body, terms);
 }

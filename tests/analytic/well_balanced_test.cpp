@@ -28,7 +28,7 @@ ReducedBody at(std::shared_ptr<const Archetype> archetype, const Vec3& position)
   return body;
 }
 
-// Low-discrepancy sub-cell offsets [Roberts 2018, R3 sequence].
+// Low-discrepancy sub-cell offsets (R3 sequence, [Rob18]).
 Vec3 offset(int n) {
   const Vec3 a(0.8191725, 0.6710436, 0.5497005);
   return (Vec3(0.5, 0.5, 0.5) + n * a).unaryExpr([](double x) { return x - std::floor(x); });

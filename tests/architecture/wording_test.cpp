@@ -11,7 +11,7 @@ namespace {
 
 const std::vector<std::string> kProject = {"CMakeLists.txt", "pipeline.mk", "README.md", ".ci",
                                            "common",         "precompute",  "runtime",   "assets",
-                                           "tests"};
+                                           "tests",          "docs"};
 
 bool is_text(const std::string& path) {
   for (const char* ending : {".h", ".cpp", ".cmake", ".txt", ".mk", ".md", ".toml", "/run"})

@@ -34,7 +34,8 @@ std::vector<ReducedBody> pair_of(const ReducedBody& body, double tolerance) {
 }
 
 // Rows of both bodies and impulses that stop the contacts, each.
-double microseconds_per_contact(const std::vector<ReducedBody>& pair, const GroupContacts& ahead) {
+double microseconds_per_contact(const std::vector<ReducedBody>& pair,
+                                const GroupContacts& reachable) {
   std::vector<ConfigurationTerms> terms;
   std::vector<GeneralisedMass> H;
   std::vector<VecX> y;
@@ -47,20 +48,20 @@ double microseconds_per_contact(const std::vector<ReducedBody>& pair, const Grou
   y[1][2] = -0.1;
   std::vector<ContactBody> masses;
   for (std::size_t b = 0; b < 2; ++b)
-    masses.push_back({&pair[b], ahead.shapes[b], &terms[b], &H[b], nullptr});
+    masses.push_back({&pair[b], reachable.shapes[b], &terms[b], &H[b], nullptr});
   ContactSolveOptions once;
   once.friction = 0.4, once.max_sweeps = 1;
-  const VecX target = VecX::Zero(static_cast<long>(ahead.contacts.size()));
+  const VecX target = VecX::Zero(static_cast<long>(reachable.contacts.size()));
   return best_microseconds(100,
                            [&](int times) {
                              for (int k = 0; k < times; ++k) {
-                               const ContactSystem system(ahead.contacts, masses);
-                               std::vector<Vec3> lambda(ahead.contacts.size(), Vec3::Zero());
+                               const ContactSystem system(reachable.contacts, masses);
+                               std::vector<Vec3> lambda(reachable.contacts.size(), Vec3::Zero());
                                std::vector<VecX> moved = y;
                                system.solve(target, once, lambda, moved);
                              }
                            }) /
-         static_cast<double>(ahead.contacts.size());
+         static_cast<double>(reachable.contacts.size());
 }
 
 int main_of(int argc, char** argv) {
@@ -81,12 +82,12 @@ int main_of(int argc, char** argv) {
     const std::vector<ReducedBody> pair = pair_of(body, options.tolerance);
     const BodyContacts contacts(options, pair, Surroundings());
     const std::vector<double> speed(2, 0.1);
-    const GroupContacts ahead = contacts.ahead(pair, speed, 1e-3);
-    const std::size_t found = ahead.contacts.size();
+    const GroupContacts reachable = contacts.reachable_contacts(pair, speed, 1e-3);
+    const std::size_t found = reachable.contacts.size();
     const double search = best_microseconds(20, [&](int times) {
-      for (int k = 0; k < times; ++k) contacts.ahead(pair, speed, 1e-3);
+      for (int k = 0; k < times; ++k) contacts.reachable_contacts(pair, speed, 1e-3);
     });
-    const double rows = microseconds_per_contact(pair, ahead);
+    const double rows = microseconds_per_contact(pair, reachable);
     std::printf("%-30s %7zu %9zu %7d %9zu %11.1f %12.2f\n", argv[n], archetype->tets.tets.size(),
                 archetype->surface.vertices.size(), body.r, found, search, rows);
   }

@@ -8,7 +8,7 @@
 
 namespace archetide {
 
-/// Modified incomplete Cholesky, no fill, tau = 0.97, sigma = 0.25 (Bridson 2015, section 5.4) on
+/// Modified incomplete Cholesky, no fill, tau = 0.97, sigma = 0.25 ([Bri15], section 5.4) on
 /// the unknowns packed in x-y-z order: the usual preconditioner of this problem, to compare with.
 class Mic0 {
  public:

@@ -1,12 +1,21 @@
 #!/bin/sh
 # Runs the hard cases: run_cases.sh CASES BIN_FOLDER OUT_FOLDER [NAME...]; prints a table and writes it to
-# OUT_FOLDER/hard.txt, with the full output of each case beside it. QUICK=1 leaves out the tests named Slow*. A case
-# whose programs have not changed since it passed is not run again. Exit 1 when a case fails or has no test.
+# OUT_FOLDER/hard.txt, with the full output of each case beside it and all measured figures in OUT_FOLDER/hard.csv.
+# QUICK=1 leaves out the tests named Slow*. A case whose programs have not changed since it passed is not run again.
+# Exit 1 when a case fails or has no test.
 cases=$1 bin=$2 out=$3; shift 3
 mkdir -p "$out"; out=$(cd "$out" && pwd); bin=$(cd "$bin" && pwd)
 failed=0
 row() { printf '%-4s %-52s %-8s %8s  %s\n' "$@" | tee -a "$out/hard.txt.part"; }
 : >"$out/hard.txt.part"
+echo case,what,quantity,value,bound,result >"$out/hard.csv.part"
+# One line of the table for each line "measured: QUANTITY = VALUE (at most BOUND)" of a log; one without figures else.
+figures_csv() {  # name, what, result, log
+  sed -n 's/^measured: \(.*\) = \(.*\) (at most \(.*\))$/\1\t\2\t\3/p' "$4" 2>/dev/null | awk -F'\t' -v OFS=, -v name="$1" -v what="$2" \
+    -v result="$3" 'function q(s) { gsub(/"/, "\"\"", s); return "\"" s "\"" }
+    { print q(name), q(what), q($1), q($2), q($3), q(result) }
+    END { if (NR == 0) print q(name), q(what), "", "", "", q(result) }'
+}
 row case what result seconds 'figures (value <= bound), details in CASE.log'
 while IFS='|' read -r name what tests; do
   name=$(echo $name) what=$(echo $what)
@@ -14,7 +23,8 @@ while IFS='|' read -r name what tests; do
   [ $# -eq 0 ] || case " $* " in *" $name "*) ;; *) continue;; esac
   log=$out/$name.log result=passed waits=
   case $tests in *waiting:*) waits="waiting for${tests##*waiting:}"; tests=${tests%%;*};; esac
-  case $tests in *waiting:*) row "$name" "$what" waiting - "$waits"; continue;; esac
+  case $tests in *waiting:*) row "$name" "$what" waiting - "$waits"
+    figures_csv "$name" "$what" waiting /dev/null >>"$out/hard.csv.part"; continue;; esac
   stale=0
   for t in $tests; do [ "$log" -nt "$bin/${t%%:*}" ] || stale=1; done
   grep -q '^result: passed$' "$log" 2>/dev/null || stale=1
@@ -35,7 +45,9 @@ while IFS='|' read -r name what tests; do
   fi
   result=$(sed -n 's/^result: //p' "$log"); [ "$result" != FAILED ] || failed=1
   figures=$(sed -n 's/^measured: \(.*\) = \(.*\) (at most \(.*\))$/\1 \2 <= \3/p' "$log" | tail -n 3 | paste -sd ';' -)
+  figures_csv "$name" "$what" "$result" "$log" >>"$out/hard.csv.part"
   row "$name" "$what" "$result" "$(sed -n 's/^seconds: //p' "$log")" "$figures${waits:+ ($waits)}"
 done <"$cases"
 mv "$out/hard.txt.part" "$out/hard.txt"
+mv "$out/hard.csv.part" "$out/hard.csv"
 exit $failed

@@ -172,6 +172,16 @@ TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
     EXPECT_GE(resumed.phase_seconds.at(phase), seconds) << phase;
   expect_same_runs("straight", "until");
 
+  // after so many frames, which is no whole run; frames beyond the end are those of the scene
+  ASSERT_EQ(run(out("frames") + " --frames 3"), 0) << err();
+  EXPECT_FALSE(fs::exists(folder_ + "frames/done.stamp"));
+  EXPECT_EQ(read_manifest(folder_ + "frames/manifest.json").frames, 4);
+  ASSERT_EQ(run(out("frames") + " --frames 99"), 0) << err();
+  EXPECT_TRUE(fs::exists(folder_ + "frames/done.stamp"));
+  expect_same_runs("straight", "frames");
+  EXPECT_EQ(run(out("none") + " --frames 0"), 2);
+  expect_err("0 not in range 1 to 100000000");
+
   // by a signal, at whatever step it comes
   const pid_t child = start(words(out("signal")));
   while (!fs::exists(folder_ + "signal/frames/bodies.000001.vtp"))

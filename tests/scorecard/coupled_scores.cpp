@@ -46,7 +46,7 @@ std::vector<ScoreRow> momentum() {
   return rows;
 }
 
-// Released from rest in deep, unbounded water [Maskell and Ursell 1970; Hulme 1982 for the sphere]:
+// Released from rest in deep, unbounded water [MU70], for the sphere [Hul82]:
 // -0.8671 of its first height after 3.099 sqrt(a / g), 0.6345 after 6.184.
 std::vector<ScoreRow> heave(int cells, const std::vector<double>& shares, double target) {
   constexpr double kTime[2] = {3.0991, 6.184}, kHeight[2] = {-0.86712, 0.6345};

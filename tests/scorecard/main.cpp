@@ -1,6 +1,9 @@
 // Every quantity with a known answer: value, reference, error, target, cost.
 //   scorecard [--quick] [--only CASE]... [--list] [-o scorecard.csv]
-// Rows that are in the file already, of the same program, are kept. Exit 0: every row meets its
+//             [--report PAGE.md [--commit TEXT] [--hard hard.csv] [--benches benches.csv]
+//              [--sweep bench.csv]... [--recorded recorded.csv]]
+// Rows that are in the file already, of the same program, are kept. --report writes all rows, and
+// the other tables that are there, as docs/measurements.md. Exit 0: every row meets its
 // target, or misses it as it is known to; 3: another row misses.
 #include <algorithm>
 #include <cstdio>
@@ -8,10 +11,12 @@
 #include <filesystem>
 #include <map>
 
+#include "common/atomic_file.h"
 #include "common/cli.h"
 #include "common/input_error.h"
 #include "common/sha256.h"
 #include "runtime/output/text_csv.h"
+#include "tests/scorecard/measurements_page.h"
 #include "tests/scorecard/score.h"
 
 namespace archetide {
@@ -26,10 +31,22 @@ struct Request {
   bool quick = false, list = false;
   std::vector<std::string> only;
   std::string file = "scorecard.csv";
+  // of the page
+  std::string page, commit, hard, benches, recorded;
+  std::vector<std::string> sweeps;
 };
+
+const char* const kUsage =
+    "scorecard [--quick] [--only CASE]... [--list] [-o scorecard.csv] [--report PAGE.md "
+    "[--commit TEXT] [--hard FILE] [--benches FILE] [--sweep FILE]... [--recorded FILE]]";
 
 Request request_of(int argc, char** argv) {
   Request r;
+  const std::map<std::string, std::string*> texts = {
+      {"-o", &r.file},     {"--report", &r.page},     {"--commit", &r.commit},
+      {"--hard", &r.hard}, {"--benches", &r.benches}, {"--recorded", &r.recorded}};
+  const std::map<std::string, std::vector<std::string>*> lists = {{"--only", &r.only},
+                                                                  {"--sweep", &r.sweeps}};
   for (int n = 1; n < argc; ++n) {
     const std::string word = argv[n];
     const bool more = n + 1 < argc;
@@ -37,13 +54,12 @@ Request request_of(int argc, char** argv) {
       r.quick = true;
     else if (word == "--list")
       r.list = true;
-    else if (word == "--only" && more)
-      r.only.push_back(argv[++n]);
-    else if (word == "-o" && more)
-      r.file = argv[++n];
+    else if (texts.count(word) && more)
+      *texts.at(word) = argv[++n];
+    else if (lists.count(word) && more)
+      lists.at(word)->push_back(argv[++n]);
     else
-      throw InputError("scorecard: what is " + word + "?",
-                       "scorecard [--quick] [--only CASE]... [--list] [-o scorecard.csv]");
+      throw InputError("scorecard: unknown or incomplete option " + word, kUsage);
   }
   return r;
 }
@@ -114,6 +130,28 @@ bool print_row(const TextTable& table, std::size_t n) {
   return good;
 }
 
+// A table of another program; empty when it has not been made.
+TextTable table_if_there(const std::string& file) {
+  return file.empty() || !std::filesystem::exists(file) ? TextTable{} : read_text_csv(file);
+}
+
+// Writes the page; false when a hard case or a bench on it has failed.
+bool write_page(const Request& request, const TextTable& scores, const std::string& program) {
+  Measurements m{measured_here(request.commit),
+                 program,
+                 scores,
+                 table_if_there(request.hard),
+                 table_if_there(request.benches),
+                 {},
+                 table_if_there(request.recorded)};
+  for (const std::string& file : request.sweeps)
+    if (std::filesystem::exists(file))
+      m.sweeps.emplace_back(std::filesystem::path(file).parent_path().filename().string(),
+                            read_text_csv(file));
+  write_file_atomically(request.page, measurements_page(m));
+  return !has_failures(m);
+}
+
 int score_all(const Request& request) {
   const std::vector<ScoreCase> cases = chosen(request);
   if (request.list) {
@@ -143,6 +181,7 @@ int score_all(const Request& request) {
       if (mine(table.rows[n])) good = print_row(table, n) && good;
     std::fflush(stdout);
   }
+  if (!request.page.empty()) good = write_page(request, table, program) && good;
   return good ? kExitDone : kExitNumerics;
 }
 

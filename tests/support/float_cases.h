@@ -42,7 +42,7 @@ struct BoxImpact {
   double h2_05 = 0.0, h4_04 = 0.0, h4_05 = 0.0;  // m
   int steps = 0, iterations = 0;
 };
-/// Dam break against a box [Kleefsman et al. 2005] with cells of 3.22 m / n, until 0.5 s.
+/// Dam break against a box [KFVVB05] with cells of 3.22 m / n, until 0.5 s.
 BoxImpact dam_break_on_box(int n);
 
 }  // namespace archetide

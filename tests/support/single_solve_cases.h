@@ -27,7 +27,7 @@ AddedMass added_mass_in_shell(int cells_per_radius);
 AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness = 4,
                                  double beyond = 0.5);
 
-/// Low-discrepancy sub-cell offset number n [Roberts 2018, R3 sequence], in [-1/2, 1/2).
+/// Low-discrepancy sub-cell offset number n (R3 sequence, [Rob18]), in [-1/2, 1/2).
 Vec3 sub_cell_offset(int n);
 
 struct OffsetErrors {

@@ -21,7 +21,7 @@ struct ZalesakResult {
 /// Zalesak's disk turned once in a slab of 100 x 100 x 4 cells.
 ZalesakResult zalesak_disk(int per_cell);
 
-/// Sphere in the three-dimensional reversed deformation field of [LeVeque 1996], run by [EMF02] on
+/// Sphere in the three-dimensional reversed deformation field of [LeV96], run by [EMF02] on
 /// 100^3 cells; relative change of its volume when it comes back.
 double enright_volume_change(int n, int per_cell);
 

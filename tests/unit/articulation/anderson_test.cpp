@@ -7,7 +7,7 @@ namespace archetide {
 namespace {
 
 // A linear fixed point x = A x + b in n dimensions whose plain iteration diverges: with depth n the
-// accelerated one is GMRES, exact after n + 1 evaluations [Walker, Ni 2011].
+// accelerated one is GMRES, exact after n + 1 evaluations [WN11].
 TEST(Anderson, SolvesALinearProblemInAsManyTurnsAsItHasUnknowns) {
   constexpr int n = 5;
   std::srand(4);

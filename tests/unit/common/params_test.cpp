@@ -123,7 +123,7 @@ TEST(Params, AbsentSectionsAreSeenAsAbsent) {
 
 TEST(Params, UnknownKeyNamesTheNearestOne) {
   expect_contains(complaints(file_with("", "[fluid]\ngrid = [1, 1, 1]\ncel = 0.1\n")),
-                  "f.toml:7:1: error: unknown key 'fluid.cel'\n  did you mean 'cell'?");
+                  "f.toml:7:1: error: unknown key 'fluid.cel'\n  did you mean 'fluid.cell'?");
   expect_contains(complaints(file_with("colour = 3")), "known here:");
 }
 
@@ -253,7 +253,7 @@ TEST(Overrides, AreValidatedLikeTheFile) {
   const std::string text = file_with("");
   expect_contains(
       complaints(text, {"material.densty=1"}),
-      "--set material.densty: error: unknown key 'material.densty'\n  did you mean 'density'?");
+      "--set material.densty: error: unknown key 'material.densty'\n  did you mean 'material.density'?");
   expect_contains(complaints(text, {"material.density=-1"}), "--set material.density: error: ");
   expect_contains(complaints(text, {"body[0].modes=1"}), "there is no body[0]");
   expect_contains(complaints(text, {"name"}), "expected key=value");

@@ -69,6 +69,7 @@ TEST(SkinFile, ASkinIsNoBodyAndADamagedOneNoSkin) {
     FAIL();
   } catch (const FileError& error) {
     EXPECT_NE(std::string(error.what()).find("a skin, not a body"), std::string::npos);
+    EXPECT_EQ(std::string(error.what()).find("build"), std::string::npos) << error.what();
   }
   std::string bytes = read_whole_file(path);
   const std::size_t at = bytes.find("bell\narm");

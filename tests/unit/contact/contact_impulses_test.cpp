@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "runtime/contact/contact_impulses.h"
-#include "runtime/contact/least_pushes.h"
+#include "runtime/contact/nonnegative_least_squares.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 
@@ -19,7 +19,7 @@ TEST(LeastPushes, AreComplementaryToTheSpeedsOnRandomProblemsOfAnyRank) {
     const MatX A = J * J.transpose();
     // speeds that some motion can give, so that a solution exists
     const VecX b = J * VecX::Random(rank) - VecX::Random(m).cwiseAbs();
-    const VecX lambda = least_pushes(A, b);
+    const VecX lambda = nonnegative_least_squares(A, b);
     const VecX spare = A * lambda - b;
     // condition of the active rows times round-off
     const double scale = b.cwiseAbs().maxCoeff();
@@ -31,8 +31,9 @@ TEST(LeastPushes, AreComplementaryToTheSpeedsOnRandomProblemsOfAnyRank) {
 }
 
 TEST(LeastPushes, AreNoneWhereNothingApproaches) {
-  EXPECT_EQ(least_pushes(MatX::Identity(3, 3), VecX::Constant(3, -1.0)), VecX(VecX::Zero(3)));
-  EXPECT_EQ(least_pushes(MatX::Identity(3, 3), VecX::Zero(3)), VecX(VecX::Zero(3)));
+  EXPECT_EQ(nonnegative_least_squares(MatX::Identity(3, 3), VecX::Constant(3, -1.0)),
+            VecX(VecX::Zero(3)));
+  EXPECT_EQ(nonnegative_least_squares(MatX::Identity(3, 3), VecX::Zero(3)), VecX(VecX::Zero(3)));
 }
 
 struct Friction : ::testing::TestWithParam<double> {};

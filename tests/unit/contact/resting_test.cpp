@@ -63,7 +63,7 @@ std::vector<ContactPoint> step(ReducedBody& body, const VecX& force, double dt,
   walls.dt = dt;
   const FreeMotion half =
       free_motion(body, current_configuration(body), force, dt, Stage::kPositionHalf, walls.modal);
-  const StageContacts ahead = contacts_ahead(body, half, dt, walls);
+  const StageContacts ahead = reachable_wall_contacts(body, half, dt, walls);
   const Configuration mid = advance_pose(body, half, contact(body, half, ahead).y, dt);
   const WallContactResult met = resolve_wall_contacts(body, walls, ahead.points);
   const FreeMotion full = free_motion(body, mid, force, dt, Stage::kVelocityFull, walls.modal);

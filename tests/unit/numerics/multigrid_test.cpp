@@ -169,7 +169,7 @@ TEST(Multigrid, MemoryIsKeptFromSetupToSetup) {
   cycle.multigrid.setup(cycle.op, &cycle.closed);
   EXPECT_EQ(cycle.multigrid.bytes(), bytes);
   // Six floats and a byte per cell of the water's box with its ghosts, rows of 64 for 32 cells, and
-  // coarser levels, whose rows are less full (1/2 more in place of 1/7): 63 bytes a cell, and what
+  // coarser levels, whose rows are less full (1/2 more instead of 1/7): 63 bytes a cell, and what
   // is packed.
   EXPECT_LT(static_cast<double>(bytes), 1.5 * 25 * (64 * 34 * 24) * 1.2);
 }

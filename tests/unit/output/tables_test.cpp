@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <set>
+#include <sstream>
 
 #include "common/byte_stream.h"
 #include "common/input_error.h"
@@ -13,6 +16,31 @@
 
 namespace archetide {
 namespace {
+
+// Names of the columns that a section of docs/files.md documents; `p*` stands for px, py, pz.
+std::set<std::string> documented_columns(const std::string& section) {
+  const auto root = std::filesystem::path(__FILE__).parent_path() / "../../..";
+  const std::string text = read_whole_file((root / "docs/files.md").string());
+  const auto begin = text.find("### " + section), end = text.find("\n### ", begin + 1);
+  std::set<std::string> names;
+  if (begin == std::string::npos) return names;
+  std::istringstream lines(text.substr(begin, end - begin));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| `")) continue;
+    const std::string cell = line.substr(0, line.find('|', 1));
+    for (std::size_t a = cell.find('`'); a != std::string::npos; a = cell.find('`', a + 1)) {
+      const std::size_t b = cell.find('`', a + 1);
+      const std::string name = cell.substr(a + 1, b - a - 1);
+      a = b;
+      if (!name.ends_with("*"))
+        names.insert(name);
+      else
+        for (const char axis : {'x', 'y', 'z'})
+          names.insert(name.substr(0, name.size() - 1) + axis);
+    }
+  }
+  return names;
+}
 
 TEST(Csv, NumbersReadBackBitForBit) {
   const ScratchFolder folder;
@@ -127,6 +155,33 @@ TEST(StatsTable, MomentumIsThatOfWaterAndBodiesAndEnergyIsTheSum) {
   EXPECT_EQ(rows.column("water_pz").at(0), 3.0);
   EXPECT_EQ(rows.column("energy").at(0), 15.0);
   EXPECT_EQ(rows.column("residual").at(0), 3e-9);
+}
+
+TEST(StatsTable, EveryColumnIsDocumented) {
+  const ScratchFolder folder;
+  StatsTable table(folder / "stats.csv");
+  Profile profile;
+  for (const char* phase :
+       {"positions", "contact", "surface", "advection", "velocities", "statistics", "markers"})
+    profile.add(phase, 1.0);
+  table.add(StepReport(), profile);
+  table.flush();
+  const std::set<std::string> documented = documented_columns("stats.csv");
+  const CsvTable rows = read_csv(folder / "stats.csv");
+  for (const std::string& name : rows.names)
+    EXPECT_TRUE(documented.count(name)) << name << " is missing in docs/files.md";
+  for (const std::string& name : documented)
+    EXPECT_TRUE(rows.has(name)) << "docs/files.md names a column that is not written: " << name;
+}
+
+TEST(BodiesTable, EveryColumnIsDocumented) {
+  const ScratchFolder folder;
+  BodiesTable table(folder / "bodies.csv", {rigid_body(tetrahedron_archetype())});
+  table.flush();
+  const std::set<std::string> documented = documented_columns("bodies.csv");
+  for (const std::string& name : read_csv(folder / "bodies.csv").names)
+    EXPECT_TRUE(documented.count(name)) << name << " is missing in docs/files.md";
+  EXPECT_TRUE(documented.count("q1") && documented.count("qr"));
 }
 
 TEST(Manifest, ReadsBackWhatWasWritten) {

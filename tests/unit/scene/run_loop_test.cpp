@@ -31,6 +31,13 @@ struct Recorder {
   }
 };
 
+TEST(RunLoop, CountsTheFramesThatItWrites) {
+  EXPECT_EQ(frame_count(1.0, 24), 25);
+  EXPECT_EQ(frame_count(1.0, 49), 50);
+  EXPECT_EQ(frame_count(0.51, 10), 7);  // the last one is short
+  EXPECT_EQ(frame_count(0.0, 24), 1);
+}
+
 TEST(RunLoop, StepsLandOnFramesEvenly) {
   Simulation simulation = falling_body();
   Recorder record;

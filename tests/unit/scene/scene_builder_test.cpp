@@ -163,7 +163,7 @@ TEST_F(BuildScene, MarkersLieInTheWaterOfTheirPlaces) {
   EXPECT_NE(in_ball, markers("centre = [0.5, 0.5, 0.3]\nradius = 0.1\nseed = 2\n"));
   const std::string dry =
       message_of<InputError>([&] { markers("box = [[0, 0, 0.6], [1, 1, 1]]\n"); });
-  expect_contains(dry, "next to no water where these markers should be");
+  expect_contains(dry, "almost no water where these markers should be");
   expect_contains(dry, "s.scene.toml:7");
 }
 

@@ -230,7 +230,8 @@ class SignedCholesky {
 
 int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& mass, double mu,
                             const std::vector<int>& ordering) {
-  // Another shift near by when a pivot vanishes; 1e-7 is a tenth of the narrowest gap asked about.
+  // Another shift near by when a pivot vanishes; 1e-7 is a tenth of the narrowest gap that is
+  // tested.
   for (const double nudge : {0.0, 1e-7, -1e-7, 3e-8}) {
     const SparseMatrix matrix = shifted(stiffness, mass, -mu * (1.0 + nudge));
     const int negative = SignedCholesky(matrix, ordering).count_negative();

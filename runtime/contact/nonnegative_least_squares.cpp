@@ -1,4 +1,4 @@
-#include "runtime/contact/least_pushes.h"
+#include "runtime/contact/nonnegative_least_squares.h"
 
 #include <algorithm>
 #include <vector>
@@ -47,8 +47,8 @@ void settle(const MatX& A, const VecX& b, std::vector<int>& P, VecX& lambda) {
 
 }  // namespace
 
-VecX least_pushes(const MatX& A, const VecX& b) {
-  constexpr double kReached = 1e-12;  // of the largest speed asked for
+VecX nonnegative_least_squares(const MatX& A, const VecX& b) {
+  constexpr double kReached = 1e-12;  // of the largest target speed
   const int m = static_cast<int>(b.size());
   VecX lambda = VecX::Zero(m);
   if (m == 0) return lambda;

@@ -1,4 +1,4 @@
-#include "runtime/contact/take_back.h"
+#include "runtime/contact/split_impulse.h"
 
 namespace archetide {
 namespace {
@@ -19,12 +19,12 @@ double share_of_lever(const BodyContact& c, const ReducedBody& a, const ReducedB
 
 }  // namespace
 
-void take_back_pushes(const GroupContacts& ahead, const std::vector<VecX>& reaction, double dt,
-                      std::vector<ReducedBody>& bodies) {
+void split_impulses(const GroupContacts& reachable, const std::vector<VecX>& reaction, double dt,
+                    std::vector<ReducedBody>& bodies) {
   const double h = 0.5 * dt;  // of the position stage, s
-  for (const BodyContact& c : ahead.contacts) {
+  for (const BodyContact& c : reachable.contacts) {
     if (c.b < 0) continue;
-    const ContactForce* push = find_force(ahead.forces, c.a, c.b, c.sample);
+    const ContactForce* push = find_force(reachable.forces, c.a, c.b, c.sample);
     if (!push) continue;
     ReducedBody &a = bodies[c.a], &b = bodies[c.b];
     const Vec3 slid = way(a, reaction[c.a], dt) - way(b, reaction[c.b], dt);

@@ -7,10 +7,10 @@
 namespace archetide {
 
 /// Moves points out of bodies and obstacles.
-class KeepOut {
+class PushOut {
  public:
   /// `spacing` of the obstacles' distances, m.
-  KeepOut(const std::vector<TriMesh>& obstacles, double spacing);
+  PushOut(const std::vector<TriMesh>& obstacles, double spacing);
 
   /// Points less than `clearance` (m) from a solid, or in it, go along its normal to there.
   void move_out(const std::vector<ReducedBody>& bodies, double clearance,

@@ -1,4 +1,4 @@
-#include "runtime/contact/keep_out.h"
+#include "runtime/contact/push_out.h"
 
 namespace archetide {
 namespace {
@@ -30,10 +30,10 @@ void move_out_of(const std::vector<BoxedSolid>& solids, double clearance, Vec3& 
 
 }  // namespace
 
-KeepOut::KeepOut(const std::vector<TriMesh>& obstacles, double spacing)
+PushOut::PushOut(const std::vector<TriMesh>& obstacles, double spacing)
     : obstacles_(Vec3::Zero(), Vec3::Zero(), Sides{}, obstacles, spacing) {}
 
-void KeepOut::move_out(const std::vector<ReducedBody>& bodies, double clearance,
+void PushOut::move_out(const std::vector<ReducedBody>& bodies, double clearance,
                        std::vector<Vec3>& points) {
   const Vec3 margin = Vec3::Constant(clearance);
   std::vector<DeformedBody> deformed;

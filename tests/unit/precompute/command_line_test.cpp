@@ -1,0 +1,72 @@
+// The program as it is called.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+
+#include "common/skin.h"
+#include "precompute_test_meshes.h"
+
+namespace archetide {
+namespace {
+
+using testing_meshes::ScratchFolder;
+
+struct Answer {
+  int exit_code;
+  std::string text;  // stdout and stderr
+};
+
+Answer program(const std::string& arguments) {
+  const std::string command = std::string(ARCHETIDE_PRECOMPUTE_BIN) + " " + arguments + " 2>&1";
+  FILE* pipe = ::popen(command.c_str(), "r");
+  Answer answer{-1, ""};
+  if (!pipe) return answer;
+  std::array<char, 512> buffer;
+  while (std::fgets(buffer.data(), buffer.size(), pipe)) answer.text += buffer.data();
+  answer.exit_code = WEXITSTATUS(::pclose(pipe));
+  return answer;
+}
+
+TEST(CommandLine, UnknownVerbsAreAnsweredWithAList) {
+  const Answer answer = program("biuld");
+  EXPECT_EQ(answer.exit_code, 2);
+  EXPECT_NE(answer.text.find("did you mean 'build'? Known verbs: build check info"),
+            std::string::npos)
+      << answer.text;
+}
+
+TEST(CommandLine, EachVerbHasExamplesOfItsOwn) {
+  for (const std::string verb : {"build", "check", "info", "export", "report", "schema"})
+    EXPECT_NE(program(verb + " -h").text.find("  archetide-precompute " + verb), std::string::npos)
+        << verb;
+}
+
+TEST(CommandLine, AReportOfSkinsAloneIsRefused) {
+  const ScratchFolder folder;
+  Skin skin;
+  skin.name = "skin", skin.generator = "test", skin.recipe = "", skin.mesh_file = "a.obj";
+  skin.surface.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  skin.surface.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  skin.blend = 0.1, skin.parts = {"a"};
+  skin.part_of.assign(4, {});
+  skin.weights.assign(16, 0.0);
+  for (int v = 0; v < 4; ++v) skin.weights[4 * v] = 1.0;
+  const std::string path = folder.file("skin.h5"), page = folder.file("page.html");
+  write_skin(path, skin);
+  const Answer answer = program("report " + path + " -o " + page);
+  EXPECT_EQ(answer.exit_code, 2) << answer.text;
+  EXPECT_FALSE(std::filesystem::exists(page));
+}
+
+TEST(CommandLine, BuildMakesTheFolderOfItsOutput) {
+  const ScratchFolder folder;
+  const std::string output = folder.file("new/folders/a.h5");
+  const Answer answer = program("build " + folder.file("no_such.body.toml") + " -o " + output);
+  EXPECT_EQ(answer.exit_code, 4) << answer.text;
+  EXPECT_TRUE(std::filesystem::is_directory(folder.file("new/folders")));
+}
+
+}  // namespace
+}  // namespace archetide
