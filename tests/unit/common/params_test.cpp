@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/check.h"
+#include "common/param_tree.h"
 
 namespace archetide {
 namespace {
@@ -293,6 +294,21 @@ TEST(Parser, ForeignCharactersAreFineInStringsAndComments) {
   const std::string odd = "name = \"T\xC3\xBC\\\" r\" # \xC3\xA4 'quote\n";
   EXPECT_EQ(parse(file_with(odd)).root().string("name"), "T\xC3\xBC\" r");
   EXPECT_EQ(complaints(file_with("name = '''\n\xC3\xA4''' # \"\xC3\xA4\n")), "");
+}
+
+TEST(Parser, TextThatTheParserHoldsImpossibleIsASyntaxError) {
+  expect_contains(complaints("[."), "f.toml:1:2: error: this is no TOML");
+  expect_contains(complaints("a=[}"), "f.toml:1:4: error: this is no TOML");
+  expect_contains(complaints("schema = 1\nname = \"\xC3\xA4\"\na = [}\n"), "f.toml:3:6: error:");
+  EXPECT_EQ(parse(file_with(""), {"name=[}"}).root().string("name"), "[}");
+}
+
+TEST(Parser, EmptyFileLacksItsKeys) {
+  const std::string path = testing::TempDir() + "archetide_empty.toml";
+  std::ofstream(path).flush();
+  EXPECT_EQ(read_param_file(path), "");
+  EXPECT_THROW(Document::read(path, sample_schema()), InputError);
+  std::remove(path.c_str());
 }
 
 TEST(Parser, UnreadableFileIsAFileError) {
