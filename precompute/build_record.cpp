@@ -1,10 +1,11 @@
 #include "precompute/build_record.h"
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/atomic_file.h"
+#include "common/byte_stream.h"
+#include "common/input_error.h"
 
 namespace archetide {
 namespace {
@@ -70,11 +71,12 @@ void write_record(const std::string& archetype_path, const BuildRecord& r) {
 }
 
 std::optional<BuildRecord> read_record(const std::string& archetype_path, const std::string& hash) {
-  std::ifstream in(beside(archetype_path, ".build.json"));
-  if (!in) return {};
   try {
-    const BuildRecord record = parsed(Json::parse(in));
+    const Json in = Json::parse(read_whole_file(beside(archetype_path, ".build.json")));
+    const BuildRecord record = parsed(in);
     if (record.hash == hash) return record;
+  } catch (const FileError&) {
+    // Nobody demands it.
   } catch (const nlohmann::json::exception&) {
     // Not ours, or changed by hand: as good as none.
   }
