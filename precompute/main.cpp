@@ -80,11 +80,19 @@ extern "C" void stop(int) {
   ::_exit(kExitStopped);
 }
 
-void write_skin_of(const Recipe& recipe, const CommandLine& c, Log& log, Profile& profile) {
-  write_skin(c.output, build_skin(recipe, log, profile));
-  if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
-  log.say(phase_table(profile));
-}
+/// The make fragment that was asked for: made before the work, which a name that make cannot handle
+/// would waste, and written after it.
+class Depfile {
+ public:
+  Depfile(const CommandLine& c, const Recipe& recipe)
+      : path_(c.depfile), text_(path_.empty() ? "" : depfile_text(c.output, recipe)) {}
+  void write() const {
+    if (!path_.empty()) write_file_atomically(path_, text_);
+  }
+
+ private:
+  std::string path_, text_;
+};
 
 void refuse_skin(const std::string& path, const std::string& verb) {
   if (is_skin_file(path))
@@ -103,9 +111,14 @@ void build(const CommandLine& c, Log& log) {
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
   const Recipe recipe = recipe_of(c);
+  const Depfile depfile(c, recipe);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
-  if (recipe.skin) return write_skin_of(recipe, c, log, profile);
+  if (recipe.skin) {
+    write_skin(c.output, build_skin(recipe, log, profile));
+    depfile.write();
+    return log.say(phase_table(profile));
+  }
   const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
   BuildRecord record;
   const Archetype a =
@@ -113,7 +126,7 @@ void build(const CommandLine& c, Log& log) {
   {
     const ScopedTimer timer(profile, "write");
     record.hash = write_archetype(c.output, a);
-    if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
+    depfile.write();
   }
   record.take_seconds(profile);
   write_record(c.output, record);

@@ -8,6 +8,7 @@
 #include "common/atomic_file.h"
 #include "common/cli.h"
 #include "common/keep_memory.h"
+#include "common/make_word.h"
 #include "runtime/bench/bench.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"

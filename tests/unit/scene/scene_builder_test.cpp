@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/make_word.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scatter.h"
