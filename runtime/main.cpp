@@ -9,6 +9,7 @@
 #include "common/cli.h"
 #include "common/keep_memory.h"
 #include "common/make_word.h"
+#include "common/memory.h"
 #include "runtime/bench/bench.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
@@ -247,10 +248,21 @@ RunEvents run_events(const SceneSpec& scene, RunParts& parts, RunWriter& writer,
   return events;
 }
 
+// Refuses (exit 5) a tank whose fields do not fit into what is free: the system would end the run,
+// or others, when they are filled. Bodies and archetypes have their memory already.
+void demand_memory_of_water(const SceneSpec& scene, const BuiltScene& built) {
+  const Grid fields = field_grid(built.options, initial_fluid(scene.fluid));
+  demand_memory(estimate_memory(built.options, fields, built.bodies).water,
+                scene.file + ": water in " + std::to_string(fields.cells()) + " cells",
+                "coarsen it (fluid.grid, fluid.cell), take fewer particles, or raise the limit "
+                "(ARCHETIDE_MEMORY_LIMIT, the job's, ulimit -v)");
+}
+
 int run(const Arguments& a) {
   const SceneSpec scene = read_scene(a);
   ArchetypeLibrary library(scene.directory, a.archetypes);
   BuiltScene built = build_scene(scene, library);
+  demand_memory_of_water(scene, built);
   const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies, built.skins);
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
