@@ -8,6 +8,7 @@
 #include "runtime/coupling/resolution.h"
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_skins.h"
+#include "runtime/scene/check_placement.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/place_markers.h"
@@ -17,9 +18,16 @@
 namespace archetide {
 namespace {
 
+constexpr double kFarthest = 1e9;  // m, that anything may be away
+
 TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   TriMesh mesh = read_closed_mesh(spec.mesh);
-  for (Vec3& x : mesh.vertices) x = spec.position + spec.rotation * (spec.scale * x);
+  for (Vec3& x : mesh.vertices) {
+    x = spec.position + spec.rotation * (spec.scale * x);
+    if (!(x.norm() < kFarthest))
+      throw InputError({{spec.where, "the obstacle reaches farther than a million kilometres",
+                         "check its scale and position"}});
+  }
   const double thin = o.has_water ? thin_part(o.grid, mesh.vertices, mesh.triangles) : 0.0;
   if (thin > kTooThin)
     throw InputError(
@@ -259,6 +267,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   if (bad.empty())
     for (std::size_t n = 0; n < scene.joints.size(); ++n)
       collect([&] { add_joint(scene.joints[n], n + 1, built); });
+  if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
