@@ -6,6 +6,7 @@
 #include "common/atomic_file.h"
 #include "common/byte_stream.h"
 #include "common/input_error.h"
+#include "common/json_text.h"
 
 namespace archetide {
 namespace {
@@ -67,7 +68,7 @@ void write_record(const std::string& archetype_path, const BuildRecord& r) {
                           {"area", r.surface_area},
                           {"center", numbers(r.surface_centroid)},
                           {"inertia_density_1", numbers(r.surface_inertia)}};
-  write_file_atomically(beside(archetype_path, ".build.json"), out.dump(2) + "\n");
+  write_file_atomically(beside(archetype_path, ".build.json"), json_text(out));
 }
 
 std::optional<BuildRecord> read_record(const std::string& archetype_path, const std::string& hash) {

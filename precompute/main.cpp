@@ -11,6 +11,7 @@
 #include "common/archetype.h"
 #include "common/atomic_file.h"
 #include "common/check.h"
+#include "common/cli.h"
 #include "common/input_error.h"
 #include "common/keep_memory.h"
 #include "precompute/build.h"
@@ -50,7 +51,8 @@ constexpr char kExamples[] =
 /// Runs `work`; the elements that an error is about go to a PLY, which the message then names.
 template <class Work>
 auto showing_offenders(const std::string& path, Work work) {
-  std::filesystem::remove(path);  // of an earlier attempt
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);  // of an earlier attempt
   const auto write = [&path](const Offenders& error) {
     if (error.offenders.triangles.empty()) return std::string();
     write_ply(path, error.offenders);
@@ -72,7 +74,7 @@ auto showing_offenders(const std::string& path, Work work) {
 /// X.part of the output in the making, for the handler below.
 std::string unfinished;
 
-/// On SIGINT and SIGTERM: nothing half-written stays.
+/// On SIGINT, SIGTERM and SIGHUP: nothing half-written stays.
 extern "C" void stop(int) {
   ::unlink(unfinished.c_str());
   constexpr char kText[] = "stopped; nothing was written\n";
@@ -110,6 +112,7 @@ void build(const CommandLine& c, Log& log) {
   unfinished = c.output + ".part";
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
+  if (std::signal(SIGHUP, stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as nohup wants
   const Recipe recipe = recipe_of(c);
   const Depfile depfile(c, recipe);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
@@ -332,7 +335,7 @@ int run(int argc, char** argv, Log& log) {
   if (!c.log_file.empty()) log.also_to(c.log_file);
   omp_set_num_threads(c.threads);
   chosen(c, log);
-  if (!std::cout.flush()) throw MachineError("standard output cannot be written");
+  flush_standard_output();
   return kExitDone;
 }
 
@@ -342,6 +345,7 @@ int run(int argc, char** argv, Log& log) {
 int main(int argc, char** argv) {
   using namespace archetide;
   keep_freed_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
   Log log;
   try {
     return run(argc, argv, log);
@@ -354,6 +358,9 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     log.error("error: out of memory; ask for fewer tets (tet.target) or modes");
     return kExitMachine;
+  } catch (const std::filesystem::filesystem_error& error) {
+    log.error("error: " + file_system_message(error));
+    return exit_code_of(error);
   } catch (const std::exception& error) {
     log.error(std::string("error: this is a bug of archetide-precompute: ") + error.what());
     return kExitBug;

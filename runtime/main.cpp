@@ -17,6 +17,7 @@
 #include "runtime/output/render.h"
 #include "runtime/output/report.h"
 #include "runtime/output/run_description.h"
+#include "runtime/output/run_lock.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/scene/expectations.h"
 #include "runtime/scene/initial_water.h"
@@ -57,6 +58,15 @@ struct Arguments {
 volatile std::sig_atomic_t interrupted = 0;
 extern "C" void on_interrupt(int) { interrupted = 1; }
 
+// From here on signals that ask for an end let the step be finished. A terminal or a pipe that is
+// gone takes only what is shown there.
+void stop_on_signals() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  if (std::signal(SIGHUP, on_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
 SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrides); }
 
 // --- run ---
@@ -81,16 +91,16 @@ void clear_run_folder(const std::string& folder) {
   }
 }
 
-// True when the folder holds a run. Throws InputError when it holds anything else.
+// True when the folder holds a run. Throws InputError when it holds anything else. A run begins
+// with its manifest: one that was killed before has left nothing but that file's part.
 bool holds_run(const std::string& out) {
-  const fs::path folder(out);
-  if (!fs::exists(folder)) return false;
-  if (!fs::is_directory(folder))
-    throw InputError(out + " is not a folder", "choose another -o DIR");
-  if (fs::is_empty(folder)) return false;
-  if (!fs::exists(folder / "manifest.json"))
-    throw InputError(out + " holds files that are no run of this program", "choose another -o DIR");
-  return true;
+  if (fs::exists(fs::path(out) / "manifest.json")) return true;
+  for (const fs::directory_entry& entry : fs::directory_iterator(out)) {
+    if (entry.path().filename() != "manifest.json.part")
+      throw InputError(out + " holds files that are no run of this program",
+                       "choose another -o DIR");
+  }
+  return false;
 }
 
 // `auto` in a folder with a run: an unfinished one of this scene goes on.
@@ -267,6 +277,7 @@ int run(const Arguments& a) {
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
   const std::vector<std::string> joint_names = built.joint_names;
+  const RunLock lock(a.out);
   const RunStart start = claim_run_folder(a, identity);
 
   RunParts parts{make_simulation(std::move(built), scene),
@@ -279,7 +290,8 @@ int run(const Arguments& a) {
     setup.resumed = parts.progress, setup.resumed_from = start.checkpoint;
     setup.fork = start.fork;
     plan.resumed = true;
-    fs::remove_all(fs::path(a.out) / "failure");
+    std::error_code ignored;
+    fs::remove_all(fs::path(a.out) / "failure", ignored);
   }
   RunWriter writer(setup, parts.simulation);
   const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
@@ -287,8 +299,7 @@ int run(const Arguments& a) {
     parts.progress = writer.progress();
     checkpoints.write(writer.frame(), visit);
   };
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  stop_on_signals();
   try {
     const RunEnd end =
         run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
@@ -466,8 +477,7 @@ int bench(const Arguments& a) {
   request.csv = a.csv, request.until = a.until;
   request.threads = a.common.threads;
   request.out = a.out.empty() ? "out/bench/" + read_scene(a).name : a.out;
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  stop_on_signals();
   const BenchTable table = run_bench(request, interrupted);
   std::cout << bench_text(table);
   if (interrupted) return kExitStopped;
