@@ -11,6 +11,7 @@
 #include <iostream>
 #include <memory>
 #include <new>
+#include <stdexcept>
 
 #include "common/check.h"
 
@@ -119,6 +120,10 @@ int report_current_exception() {
     return report(prefix + error.what(), error.exit_code);
   } catch (const std::bad_alloc&) {
     return report("error: out of memory; use a coarser grid or fewer particles", kExitMachine);
+  } catch (const std::length_error&) {
+    return report(
+        "error: more memory was asked for than there can be; check the numbers of the input",
+        kExitMachine);
   } catch (const std::filesystem::filesystem_error& error) {
     return report("error: " + file_system_message(error), exit_code_of(error));
   } catch (const std::exception& error) {

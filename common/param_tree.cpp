@@ -105,6 +105,21 @@ void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at
   }
 }
 
+// Whether every byte belongs to a character of UTF-8 (its form; not whether Unicode has it).
+bool is_utf8(const std::string& text) {
+  std::size_t follow = 0;  // bytes that the character still needs
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool inner = (byte & 0xC0) == 0x80;
+    if (inner != (follow > 0) || byte == 0xC0 || byte == 0xC1 || byte > 0xF4) return false;
+    if (inner)
+      --follow;
+    else
+      follow = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : byte >= 0xC0 ? 1 : 0;
+  }
+  return follow == 0;
+}
+
 }  // namespace
 
 const ParamNode* ParamNode::find(const std::string& name) const {
@@ -129,6 +144,8 @@ std::string read_param_file(const std::string& path) { return read_whole_file(pa
 void apply_override(ParamNode& root, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   const std::string path = assignment.substr(0, equals);
+  if (!is_utf8(assignment))
+    throw InputError("a word behind --set is not UTF-8", "write it in UTF-8, as the scene file is");
   const SourceLocation where{"--set " + path, 0, 0};
   if (equals == std::string::npos) {
     throw InputError({{where, "expected key=value", "for example --set time.end=2.5"}});

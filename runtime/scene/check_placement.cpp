@@ -65,15 +65,24 @@ class Placement {
     }
   }
 
-  /// The deepest corner of `a` inside `b`, m; 0 when there is none.
+  /// The deepest of the centre of `a`, its corners and the middles of its faces inside `b`, m; 0
+  /// when none is.
   double depth(int a, int b) const {
     const GridSdf& sdf = body(b).archetype->sdf;
     if (sdf.values.empty()) return 0.0;
     const Quat turn = body(b).rotation.conjugate();
-    double least = 0.0;
-    for (const Vec3& x : body(a).archetype->surface.vertices) {
+    const auto distance = [&](const Vec3& x) {
       const Vec3 at = body(a).position + body(a).rotation * x;
-      least = std::min(least, sdf.value(turn * (at - body(b).position)));
+      return sdf.value(turn * (at - body(b).position));
+    };
+    const TriMesh& surface = body(a).archetype->surface;
+    // The centre of a ring is not in the ring.
+    const double own = body(a).archetype->sdf.value(Vec3::Zero());
+    double least = std::min(0.0, std::max(own, distance(Vec3::Zero())));
+    for (const Vec3& x : surface.vertices) least = std::min(least, distance(x));
+    for (const Vec3i& t : surface.triangles) {
+      const auto& v = surface.vertices;
+      least = std::min(least, distance((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0));
     }
     return -least;
   }
@@ -84,7 +93,7 @@ class Placement {
     const double reach_a = bounding_radius(*body(a).archetype),
                  reach_b = bounding_radius(*body(b).archetype);
     if (!((body(a).position - body(b).position).norm() < reach_a + reach_b)) return;
-    constexpr double kOfReach = 0.25;  // where there are no cells, or very large ones
+    constexpr double kOfReach = 0.1;  // where there are no cells, or very large ones
     const double cell = scene_.fluid ? built_.options.grid.dx : INFINITY;
     const double most = std::min(cell, kOfReach * std::min(reach_a, reach_b));
     const double found = std::max(depth(a, b), depth(b, a));

@@ -19,6 +19,7 @@ namespace archetide {
 namespace {
 
 constexpr double kFarthest = 1e9;  // m, that anything may be away
+constexpr double kDensest = 1e9;   // kg/m^3
 
 TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   TriMesh mesh = read_closed_mesh(spec.mesh);
@@ -214,6 +215,9 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
           "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
               "\": its modes are those of a held body, and bodies " + "in a scene move freely",
           "remove clamped from its body file and build it again"}});
+  if (!(spec.density.value_or(0.0) <= kDensest))
+    throw InputError({{spec.where, "a density beyond that of any matter",
+                       "density is in kg/m^3: 1000 is that of water"}});
   demand_no_rigid_motion(spec, *archetype);
   demand_every_motion(spec, *archetype);
   const int stored = archetype->r();

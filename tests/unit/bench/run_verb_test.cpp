@@ -96,9 +96,10 @@ TEST_F(RunVerb, NamesThatNoFileSystemTakesAreNoBugs) {
   EXPECT_EQ(run({"render", "loop"}), kExitFile);
 }
 
-TEST_F(RunVerb, NamesNeedNotBeUtf8) {
+TEST_F(RunVerb, NamesOfFoldersNeedNotBeUtf8) {
   EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "r\xff"}), kExitDone);
-  EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "s", "--set", "name=\xff\xfe"}), kExitDone);
+  EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "s", "--set", "name=\xff\xfe"}),
+            kExitInput);
 }
 
 TEST_F(RunVerb, AFolderBelongsToOneRunAtATime) {
@@ -162,8 +163,6 @@ TEST_F(RunVerb, WaterThatDoesNotFitIsRefusedBeforeItIsFilled) {
   expect_err("of memory");
   EXPECT_FALSE(fs::exists(folder_ / "s"));
   EXPECT_EQ(run(small, limit("plenty")), kExitInput);
-  large.insert(large.end(), {"--set", "fluid.grid=[4000,4000,4000]"});
-  EXPECT_EQ(run(large), kExitMachine);
 }
 
 TEST_F(RunVerb, MemoryThatRunsOutAmongThreadsIsExitFive) {
@@ -176,12 +175,11 @@ TEST_F(RunVerb, MemoryThatRunsOutAmongThreadsIsExitFive) {
   folder_.write("large.scene.toml",
                 "schema = 1\ntime = { end = 0.02, fps = 100 }\n[fluid]\n"
                 "grid = [48, 48, 48]\ncell = \"1/48\"\nwater = { level = 0.5 }\n");
-  for (const rlim_t megabytes : {60, 80, 100, 120, 140, 160, 180, 200, 230, 260}) {
+  for (const rlim_t megabytes : {112, 116, 120, 126, 134}) {
     const int code = run(
         {"run", "large.scene.toml", "-q", "-t", "2", "-o", "r", "--resume", "never", "--replace"},
         limit(megabytes));
-    EXPECT_TRUE(code == kExitMachine || code == kExitDone || code == 127)
-        << megabytes << ": " << code;
+    EXPECT_TRUE(code == kExitMachine || code == kExitDone) << megabytes << ": " << code;
   }
 }
 

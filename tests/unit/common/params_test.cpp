@@ -263,6 +263,13 @@ TEST(Overrides, AreValidatedLikeTheFile) {
   expect_contains(complaints(text, {"schema.x=1"}), "no table");
 }
 
+TEST(Overrides, WordsThatAreNoUtf8AreRefused) {
+  EXPECT_EQ(complaints(file_with(""), {"name=T\xC3\xBC\xE2\x82\xAC\xF0\x9F\x90\x9F"}), "");
+  for (const std::string bad :
+       {"\xff", "\xC3", "\xC0\x80", "\x80", "\xE2\x82x", "\xF5\x80\x80\x80"})
+    expect_contains(complaints(file_with(""), {"name=" + bad}), "not UTF-8");
+}
+
 TEST(Overrides, TextOfWhatRanReadsBackToTheSame) {
   const std::string text = file_with(
       "name = \"a \\\" \\n \\\\ b\"\nframes = [\"bodies.vtp\"]",

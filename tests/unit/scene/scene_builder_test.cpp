@@ -349,6 +349,12 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
 }
 
+TEST_F(BuildScene, DensitiesOfNoMatterAreRefused) {
+  const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndensity = ";
+  expect_contains(message_of<InputError>([&] { build(body + "1e150\n"); }), "s.scene.toml:4");
+  EXPECT_EQ(build(body + "2e4\n").bodies.size(), 1u);
+}
+
 TEST_F(BuildScene, ObstaclesNowhereAreRefused) {
   const std::string rest = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   for (const std::string corner : {"nan 0 0", "0 inf 0", "0 0 1e308"}) {
