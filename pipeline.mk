@@ -20,12 +20,32 @@ WERROR ?= ON
 ARCHETYPES ?= $(OUT)/archetypes
 BUILD ?= $(ARCHETIDE_ROOT)build
 
+# A folder with a space, a quote or a dollar sign in its name cannot be one word of make and of the shell.
+ARCHETIDE_QUOTE := '
+archetide_folder = $(if $(or $(word 2,$($(1))),$(findstring $(ARCHETIDE_QUOTE),$($(1))),$(findstring $$,$($(1)))),$(error \
+  $(1)=$($(1)): make cannot handle this folder name; choose one without spaces, quotes and dollar signs))
+$(foreach folder,ASSETS OUT ARCHETYPES BUILD,$(call archetide_folder,$(folder)))
+
+# File names become words of make and of the shell: one that holds more than letters (of any alphabet), digits and
+# . _ + @ , - is refused before anything is made of it.
+ARCHETIDE_RENAME := rename it to letters, digits and the characters . _ + @ , -
+archetide_plain = [ "$$(printf %s $(1) | LC_ALL=C tr -d 'A-Za-z0-9._+@,\200-\377-' | wc -c)" -eq 0 ]
+archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
+  [ ! -e "$$name" ] && [ ! -L "$$name" ] || $(call archetide_plain,"$$name") || \
+  { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
+ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
+ifneq ($(strip $(ARCHETIDE_ODD)),)
+ifneq ($(filter-out deps build check hard new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+$(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
+endif
+else
 ARCHETIDE_BODIES := $(patsubst $(ASSETS)/bodies/%.body.toml,%,$(wildcard $(ASSETS)/bodies/*.body.toml))
 ARCHETIDE_SCENES := $(patsubst $(ASSETS)/scenes/%.scene.toml,%,$(wildcard $(ASSETS)/scenes/*.scene.toml))
+endif
 ARCHETIDE_PRECOMPUTE := $(BUILD)/bin/archetide-precompute
 ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
-ARCHETIDE_MAKE = $(MAKE) -f $(ARCHETIDE_SELF) ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
+ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
 .PHONY: pipeline deps build check nightly hard demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
@@ -52,11 +72,11 @@ deps:
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends $$missing
 
 define archetide_compile
-@mkdir -p $(BUILD); generator=; \
-[ -f $(BUILD)/CMakeCache.txt ] || ! command -v ninja >/dev/null || generator=-GNinja; \
-cmake -S $(or $(ARCHETIDE_ROOT),.) -B $(BUILD) $$generator -DARCHETIDE_WERROR=$(WERROR) >$(BUILD)/configure.log 2>&1 \
-  || { cat $(BUILD)/configure.log >&2; exit 1; }
-cmake --build $(BUILD) --parallel $(JOBS) $(if $(1),--target $(1))
+@mkdir -p '$(BUILD)'; generator=; \
+[ -f '$(BUILD)/CMakeCache.txt' ] || ! command -v ninja >/dev/null || generator=-GNinja; \
+cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)' $$generator -DARCHETIDE_WERROR=$(WERROR) >'$(BUILD)/configure.log' 2>&1 \
+  || { cat '$(BUILD)/configure.log' >&2; exit 1; }
+cmake --build '$(BUILD)' --parallel $(JOBS) $(if $(1),--target $(1))
 endef
 
 build: deps
@@ -65,11 +85,11 @@ build: deps
 # Tests run side by side, each with its threads: those that wait must not spin.
 check: deps
 	$(call archetide_compile)
-	OMP_WAIT_POLICY=passive ctest --test-dir $(BUILD) -L fast --output-on-failure -j$(JOBS)
+	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L fast --output-on-failure -j$(JOBS)
 
 # All that CI leaves out, hours: slow tests (random scenes, validation) and every row of the scorecard.
 nightly: check
-	OMP_WAIT_POLICY=passive ctest --test-dir $(BUILD) -L slow --output-on-failure -j$(JOBS)
+	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
 
 # Archetypes and runs need the programs to exist; they do not grow stale because a program is newer.
@@ -80,8 +100,8 @@ $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
 # Cases that passed with these programs are not run again. CASES='H07 H12': only these.
 hard: deps
 	$(call archetide_compile)
-	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh $(ARCHETIDE_ROOT)tests/hard/run_cases.sh \
-	  $(ARCHETIDE_ROOT)tests/hard/cases.txt $(BUILD)/bin $(OUT)/hard $(CASES)
+	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh '$(ARCHETIDE_ROOT)tests/hard/run_cases.sh' \
+	  '$(ARCHETIDE_ROOT)tests/hard/cases.txt' '$(BUILD)/bin' '$(OUT)/hard' $(CASES)
 
 # ---- Archetypes -----------------------------------------------------------------------------------------------------
 
@@ -89,8 +109,8 @@ bodies: $(ARCHETIDE_BODIES:%=$(ARCHETYPES)/%.h5)
 
 # Written aside and renamed by the program: a body that fails keeps its old archetype.
 $(ARCHETYPES)/%.h5: $(ASSETS)/bodies/%.body.toml | $(ARCHETIDE_PRECOMPUTE)
-	@mkdir -p $(@D)
-	$(ARCHETIDE_PRECOMPUTE) build $< -o $@ --depfile $@.d -t 1
+	@mkdir -p '$(@D)'
+	'$(ARCHETIDE_PRECOMPUTE)' build '$<' -o '$@' --depfile '$@.d' -t 1
 
 -include $(wildcard $(ARCHETYPES)/*.h5.d)
 
@@ -112,13 +132,13 @@ archetide_threads = $(or $(THREADS),$(shell n=$(or $(patsubst -j%,%,$(filter -j%
 ARCHETIDE_LARGE_PAGES = GLIBC_TUNABLES=$${GLIBC_TUNABLES:-glibc.malloc.hugetlb=1}
 
 $(ARCHETIDE_DONE): $(OUT)/runs/%/done.stamp: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
-	@mkdir -p $(@D) $(ARCHETIDE_STATE)
-	$(ARCHETIDE_LARGE_PAGES) $(ARCHETIDE_SIM) run $< -o $(@D) --resume auto --replace --archetypes $(ARCHETYPES) -t $(archetide_threads)$(call archetide_set,$*)
-	@echo '$(strip $(call archetide_words,$*))' >$(ARCHETIDE_STATE)/$*.sets
+	@mkdir -p '$(@D)' '$(ARCHETIDE_STATE)'
+	$(ARCHETIDE_LARGE_PAGES) '$(ARCHETIDE_SIM)' run '$<' -o '$(@D)' --resume auto --replace --archetypes '$(ARCHETYPES)' -t $(archetide_threads)$(call archetide_set,$*)
+	@echo '$(strip $(call archetide_words,$*))' >'$(ARCHETIDE_STATE)/$*.sets'
 
 # A run that was made with other key=value words than those given now is stale (none given: any will do).
 archetide_other_words = $(if $(strip $(call archetide_words,$(1))),$(shell \
-  [ "$$(cat $(ARCHETIDE_STATE)/$(1).sets 2>/dev/null)" = '$(strip $(call archetide_words,$(1)))' ] || echo $(1)))
+  [ "$$(cat '$(ARCHETIDE_STATE)/$(1).sets' 2>/dev/null)" = '$(strip $(call archetide_words,$(1)))' ] || echo '$(1)'))
 ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_words,$(scene)))
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
@@ -126,8 +146,8 @@ $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
-	@mkdir -p $(@D)
-	@$(ARCHETIDE_SIM) deps $< -o $@ --archetypes $(ARCHETYPES) $(OUT)/runs/$*/done.stamp
+	@mkdir -p '$(@D)'
+	@'$(ARCHETIDE_SIM)' deps '$<' -o '$@' --archetypes '$(ARCHETYPES)' '$(OUT)/runs/$*/done.stamp'
 -include $(ARCHETIDE_SCENES:%=$(ARCHETIDE_STATE)/%.d)
 else
 -include $(wildcard $(ARCHETIDE_SCENES:%=$(ARCHETIDE_STATE)/%.d))
@@ -142,49 +162,51 @@ $(ASSETS)/%: ;
 $(ARCHETIDE_SCENES:%=film/%): film/%: $(ARCHETIDE_STATE)/%.film
 
 $(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
-	@mkdir -p $(@D)
-	$(ARCHETIDE_SIM) render $(OUT)/runs/$* $(RENDER)
-	@touch $@
+	@mkdir -p '$(@D)'
+	'$(ARCHETIDE_SIM)' render '$(OUT)/runs/$*' $(RENDER)
+	@touch '$@'
 
 # Of every run that is there; runs nothing.
 report: | $(ARCHETIDE_SIM)
-	@ls $(OUT)/runs/*/done.stamp >/dev/null 2>&1 || { echo "report: no finished run in $(OUT)/runs" >&2; exit 2; }
-	$(ARCHETIDE_SIM) report $(patsubst %/done.stamp,%,$(wildcard $(OUT)/runs/*/done.stamp)) -o $(OUT)/report.html
+	@set -- '$(OUT)'/runs/*/done.stamp; \
+	[ -e "$$1" ] || { echo "report: no finished run in $(OUT)/runs" >&2; exit 2; }; \
+	for stamp; do shift; set -- "$$@" "$${stamp%/done.stamp}"; done; \
+	'$(ARCHETIDE_SIM)' report "$$@" -o '$(OUT)/report.html'
 
 # Every figure with a known answer, and what some choices of method cost and give: OUT/scorecard.csv, OUT/bench/ and
 # OUT/scorecard.html. Rows and points that are there, of the same program, are kept. Fails, with the page written, when
 # a row misses its target that is not known to.
-ARCHETIDE_BENCH = $(ARCHETIDE_SIM) bench $(ASSETS)/scenes/tub.scene.toml --archetypes $(ARCHETYPES) -t 1
+ARCHETIDE_BENCH = '$(ARCHETIDE_SIM)' bench '$(ASSETS)/scenes/tub.scene.toml' --archetypes '$(ARCHETYPES)' -t 1
 ARCHETIDE_BENCH_COARSE = $(ARCHETIDE_BENCH) --until 0.5 --set 'fluid.grid=[24,24,24]' --set fluid.cell=1/24
 ARCHETIDE_HINGE = {bodies=["$(1)","$(2)"],points=[[0.27,0.03,0],[0.27,-0.03,0]]}
-ARCHETIDE_BENCH_CHAIN = $(ARCHETIDE_SIM) bench $(ASSETS)/scenes/chain.scene.toml --archetypes $(ARCHETYPES) -t 1 \
+ARCHETIDE_BENCH_CHAIN = '$(ARCHETIDE_SIM)' bench '$(ASSETS)/scenes/chain.scene.toml' --archetypes '$(ARCHETYPES)' -t 1 \
   --until 0.5 --set 'fluid.grid=[48,24,24]' --set fluid.cell=1/24
 scorecard: deps
 	$(call archetide_compile,scorecard archetide-precompute archetide-sim)
-	+$(ARCHETIDE_MAKE) $(ARCHETYPES)/torus.h5
-	@mkdir -p $(OUT)/bench
-	@$(BUILD)/bin/scorecard -o $(OUT)/scorecard.csv; status=$$?; [ $$status = 0 ] || [ $$status = 3 ] || exit $$status; \
-	$(ARCHETIDE_BENCH) --until 0.5 -o $(OUT)/bench/geometry \
+	+$(ARCHETIDE_MAKE) '$(ARCHETYPES)/torus.h5'
+	@mkdir -p '$(OUT)/bench'
+	@'$(BUILD)/bin/scorecard' -o '$(OUT)/scorecard.csv'; status=$$?; [ $$status = 0 ] || [ $$status = 3 ] || exit $$status; \
+	$(ARCHETIDE_BENCH) --until 0.5 -o '$(OUT)'/bench/geometry \
 	  --sweep fluid.cell=1/16,1/24,1/32,1/48 --sweep coupling.geometry=cut-cell,voxel \
 	  --reference fluid.cell=1/64 --reference coupling.geometry=cut-cell || exit $$?; \
-	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/scheme --set step.cfl=4 \
+	$(ARCHETIDE_BENCH_COARSE) -o '$(OUT)'/bench/scheme --set step.cfl=4 \
 	  --sweep step.max=0.0416,0.02,0.01,0.005 --sweep step.scheme=newmark,single \
 	  --reference step.max=0.0025 --reference step.scheme=newmark || exit $$?; \
 	$(ARCHETIDE_BENCH) --until 0.5 --set 'fluid.grid=[48,48,48]' --set fluid.cell=1/48 \
-	  -o $(OUT)/bench/cfl --sweep step.cfl=0.5,1,2,3,4 --reference 0.25 || exit $$?; \
-	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/modes --sweep body.modes=0,1,2,3,5,8 --reference 11 || exit $$?; \
-	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/tolerance \
+	  -o '$(OUT)'/bench/cfl --sweep step.cfl=0.5,1,2,3,4 --reference 0.25 || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o '$(OUT)'/bench/modes --sweep body.modes=0,1,2,3,5,8 --reference 11 || exit $$?; \
+	$(ARCHETIDE_BENCH_COARSE) -o '$(OUT)'/bench/tolerance \
 	  --sweep coupling.tolerance=1e-2,1e-3,1e-4,1e-6,1e-8 --reference 1e-12 || exit $$?; \
-	$(ARCHETIDE_BENCH_COARSE) --set fluid.particles.per_cell=4 -o $(OUT)/bench/particles \
+	$(ARCHETIDE_BENCH_COARSE) --set fluid.particles.per_cell=4 -o '$(OUT)'/bench/particles \
 	  --sweep 'fluid.particles=absent,{per_cell=4},{per_cell=16},{per_cell=64}' || exit $$?; \
-	$(ARCHETIDE_BENCH_COARSE) -o $(OUT)/bench/contact \
+	$(ARCHETIDE_BENCH_COARSE) -o '$(OUT)'/bench/contact \
 	  --sweep 'contact=absent,{restitution=0.1,friction=0.4}' || exit $$?; \
-	$(ARCHETIDE_BENCH_CHAIN) -o $(OUT)/bench/joints --sweep 'joint=absent,[$(call \
+	$(ARCHETIDE_BENCH_CHAIN) -o '$(OUT)'/bench/joints --sweep 'joint=absent,[$(call \
 	  ARCHETIDE_HINGE,left,middle)],[$(call ARCHETIDE_HINGE,left,middle),$(call ARCHETIDE_HINGE,middle,right)]' \
 	  || exit $$?; \
-	$(ARCHETIDE_SIM) report $(OUT)/scorecard.csv \
-	  $(addprefix $(OUT)/bench/,geometry scheme cfl modes tolerance particles contact joints) \
-	  -o $(OUT)/scorecard.html || exit $$?; \
+	'$(ARCHETIDE_SIM)' report '$(OUT)/scorecard.csv' \
+	  $(patsubst %,'$(OUT)/bench/%',geometry scheme cfl modes tolerance particles contact joints) \
+	  -o '$(OUT)/scorecard.html' || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 
 # Everything measured, as docs/measurements.md: the scorecard with its sweeps, the hard cases, and the programs of
@@ -214,7 +236,7 @@ measurements: deps
 # Validates every scene, runs those that are stale; a run that misses its [expect] fails.
 check-scenes: | $(ARCHETIDE_SIM) bodies
 	@for scene in $(ARCHETIDE_SCENES); do \
-	  $(ARCHETIDE_SIM) check $(ASSETS)/scenes/$$scene.scene.toml --archetypes $(ARCHETYPES) || exit $$?; done
+	  '$(ARCHETIDE_SIM)' check '$(ASSETS)/scenes/'"$$scene.scene.toml" --archetypes '$(ARCHETYPES)' || exit $$?; done
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' SETS='$(SETS)' runs
 
 # The first thing to try: two of the paper's scenes, coarse, with films and a report, in OUT/demo.
@@ -230,32 +252,37 @@ demo: build
 # ---- Housekeeping ---------------------------------------------------------------------------------------------------
 
 # `make -q` tells stale from built.
-archetide_status = if [ ! -e $(1) ]; then echo missing; \
-  elif $(ARCHETIDE_MAKE) OUT='$(OUT)' list -q ARCHETIDE_ASK=$(1) >/dev/null 2>&1; then echo built; else echo stale; fi
+archetide_status = if [ ! -e "$(1)" ]; then echo missing; \
+  elif $(ARCHETIDE_MAKE) OUT='$(OUT)' list -q ARCHETIDE_ASK="$(1)" >/dev/null 2>&1; then echo built; else echo stale; fi
 ifdef ARCHETIDE_ASK
 list: $(ARCHETIDE_ASK)
 else
 list:
 	@for n in $(ARCHETIDE_BODIES); do \
-	  printf 'body   %-20s %s\n' $$n "$$($(call archetide_status,$(ARCHETYPES)/$$n.h5))"; done
+	  printf 'body   %-20s %s\n' "$$n" "$$($(call archetide_status,$(ARCHETYPES)/$$n.h5))"; done
 	@for n in $(ARCHETIDE_SCENES); do \
-	  printf 'scene  %-20s %s\n' $$n "$$($(call archetide_status,$(OUT)/runs/$$n/done.stamp))"; done
+	  printf 'scene  %-20s %s\n' "$$n" "$$($(call archetide_status,$(OUT)/runs/$$n/done.stamp))"; done
 endif
 
 # make -f pipeline.mk new-body M=path/duck.obj [NAME=duck]
-new-body: NAME ?= $(basename $(notdir $(M)))
+# The words come through the environment, so that the shell does not read them as commands.
+new-body: export ARCHETIDE_MESH = $(M)
+new-body: export ARCHETIDE_NAME = $(NAME)
 new-body:
-	@[ -n '$(M)' ] || { echo "new-body: say which mesh: new-body M=duck.obj" >&2; exit 2; }
-	@[ -f '$(M)' ] || { echo "new-body: $(M): no such file" >&2; exit 2; }
-	@mkdir -p $(ASSETS)/bodies
-	@recipe='$(ASSETS)/bodies/$(NAME).body.toml'; copy='$(ASSETS)/bodies/$(notdir $(M))'; \
+	@mesh=$$(basename "$$ARCHETIDE_MESH"); name=$${ARCHETIDE_NAME:-$${mesh%.*}}; \
+	[ -n "$$ARCHETIDE_MESH" ] || { echo "new-body: say which mesh: new-body M=duck.obj" >&2; exit 2; }; \
+	[ -f "$$ARCHETIDE_MESH" ] || { echo "new-body: $$ARCHETIDE_MESH: no such file" >&2; exit 2; }; \
+	for word in "$$mesh" "$$name"; do $(call archetide_plain,"$$word") || { \
+	  echo "new-body: $$word: make cannot handle this file name; $(ARCHETIDE_RENAME)" >&2; exit 2; }; done; \
+	folder='$(ASSETS)/bodies'; recipe="$$folder/$$name.body.toml"; copy="$$folder/$$mesh"; mkdir -p "$$folder"; \
 	[ ! -e "$$recipe" ] || { echo "new-body: $$recipe is there already" >&2; exit 2; }; \
-	[ '$(M)' -ef "$$copy" ] || [ ! -e "$$copy" ] || { echo "new-body: $$copy is another mesh" >&2; exit 2; }; \
-	[ '$(M)' -ef "$$copy" ] || cp '$(M)' "$$copy"; \
+	[ "$$ARCHETIDE_MESH" -ef "$$copy" ] || [ ! -e "$$copy" ] || { \
+	  echo "new-body: $$copy is another mesh" >&2; exit 2; }; \
+	[ "$$ARCHETIDE_MESH" -ef "$$copy" ] || cp -- "$$ARCHETIDE_MESH" "$$copy" || exit 5; \
 	printf '%s\n' \
 	  '# What it is. Every key: archetide-precompute schema' \
 	  'schema = 1' \
-	  'mesh = "$(notdir $(M))"' \
+	  "mesh = \"$$mesh\"" \
 	  'scale = 1.0                       # mesh units to metres' \
 	  'tet = { mesher = "cgal", target = 4_000 }' \
 	  'material = { density = 500.0, young = 5e4, poisson = 0.4 }' \
@@ -265,7 +292,7 @@ new-body:
 
 # Programs and the demo. Archetypes and runs cost time: delete OUT by hand.
 clean:
-	rm -rf $(BUILD) $(OUT)/demo
+	rm -rf '$(BUILD)' '$(OUT)/demo'
 
 help:
 	@echo 'make -f $(ARCHETIDE_SELF) [-jN] [TARGET...] [ASSETS=dir] [OUT=dir] [SETS="key=value ..."] [THREADS=n]'

@@ -204,9 +204,23 @@ void validate_material(const Archetype& a) {
   demand_finite(a.centre, "centre");
 }
 
+/// Distances on a grid, or none at all.
+void validate_sdf(const GridSdf& sdf) {
+  demand_field(sdf.nodes.minCoeff() >= 0, "sdf_nodes", "negative");
+  const double count = sdf.nodes.cast<double>().prod();  // may be more than any integer holds
+  demand_field(count == static_cast<double>(sdf.values.size()), "sdf_values",
+               "not one for each of the sdf_nodes");
+  for (const float v : sdf.values) demand_finite(v, "sdf_values");
+  if (sdf.values.empty()) return;
+  demand_field(sdf.nodes.minCoeff() >= 2, "sdf_nodes", "less than two along an axis");
+  demand_field(sdf.spacing > 0 && std::isfinite(sdf.spacing), "sdf_spacing", "not positive");
+  demand_finite(sdf.origin, "sdf_origin");
+}
+
 void validate_surface(const Archetype& a) {
   const auto ns = static_cast<Eigen::Index>(a.surface.vertices.size());
   demand_field(ns > 0, "surface_vertices", "empty");
+  demand_field(!a.surface.triangles.empty(), "surface_triangles", "empty");
   demand_finite(a.surface.vertices, "surface_vertices");
   demand_indices(a.surface.triangles, a.surface.vertices.size(), "surface_triangles");
   demand_size(a.surface_to_node, ns, "surface_to_node");
@@ -224,10 +238,20 @@ void validate_surface(const Archetype& a) {
     demand_finite(frame.point, "joint_frame_points");
     demand_finite(frame.axes, "joint_frame_axes");
   }
-  const Eigen::Matrix<Eigen::Index, 3, 1> nodes = a.sdf.nodes.cast<Eigen::Index>();
-  demand_field(nodes.minCoeff() >= 0, "sdf_nodes", "negative");
-  demand_size(a.sdf.values, nodes.prod(), "sdf_values");
-  for (const float v : a.sdf.values) demand_finite(v, "sdf_values");
+  validate_sdf(a.sdf);
+}
+
+/// Mass and second moment are those of a body with this density, volume and surface.
+void validate_mass(const Archetype& a) {
+  const double mass = a.integrals.mass, expected = a.density * a.volume;
+  demand_field(mass > 0 && std::isfinite(mass), "mass", "not positive");
+  demand_field(mass < 2 * expected && expected < 2 * mass, "mass", "not density times volume");
+  demand_finite(a.integrals.Sxx, "Sxx");
+  double reach = 0.0;
+  for (const Vec3& x : a.surface.vertices) reach = std::max(reach, x.norm());
+  const Vec3 moments = a.integrals.Sxx.diagonal();
+  demand_field(moments.minCoeff() > 0 && moments.sum() < 2 * mass * reach * reach, "Sxx",
+               "not that of a body of this size");
 }
 
 void validate_modes(const Archetype& a) {
@@ -246,8 +270,8 @@ void validate_modes(const Archetype& a) {
                "surface_modes");
   demand_shape(a.M_r, r, r, "M_r");
   demand_shape(a.K_r, r, r, "K_r");
-  demand_field(a.integrals.mass > 0 && std::isfinite(a.integrals.mass), "mass", "not positive");
-  demand_finite(a.integrals.Sxx, "Sxx");
+  demand_field(r == 0 || a.M_r.diagonal().minCoeff() > 0, "M_r", "not positive on its diagonal");
+  demand_field(r == 0 || a.K_r.diagonal().minCoeff() > 0, "K_r", "not positive on its diagonal");
   demand_size(a.integrals.I3, r, "I3");
   demand_finite(a.integrals.I3, "I3");
   demand_size(a.integrals.A, r, "A");
@@ -276,6 +300,7 @@ void validate_tets(const Archetype& a) {
 void validate(const Archetype& a) {
   validate_material(a);
   validate_surface(a);
+  validate_mass(a);
   validate_modes(a);
   validate_tets(a);
 }
@@ -317,6 +342,8 @@ Archetype read_archetype(const std::string& path, Part part) {
   demand_hash(file, "content_hash", a.content_hash);
   try {
     validate(a);
+    if (part == Part::kAll)
+      demand_field(!a.tets.nodes.empty() && !a.tets.tets.empty(), "tets", "empty");
   } catch (const AssertionError& wrong) {
     file.fail(wrong.what());
   }

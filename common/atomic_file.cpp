@@ -1,6 +1,7 @@
 #include "common/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -36,15 +37,28 @@ void sync_to_disk(const std::string& path, int open_flags) {
   }
 }
 
+/// Only files are replaced: a device or a pipe would be gone, and a part that is none may never
+/// take what is written.
+void demand_file_or_nothing(const std::string& path) {
+  struct stat found {};
+  if (::stat(path.c_str(), &found) != 0) {
+    if (errno != ENOENT) fail(path, "cannot be written");
+    return;
+  }
+  if (S_ISREG(found.st_mode)) return;
+  throw MachineError(path + ": cannot be written: it is " +
+                     (S_ISDIR(found.st_mode) ? "a folder" : "a device or a pipe, not a file") +
+                     "; choose another name");
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), part_(path_ + ".part") {
+  if (path_.empty()) throw InputError("the name of a file to write is empty", "say -o FILE");
   const std::string folder = folder_of(path_);
   if (::access(folder.c_str(), W_OK | X_OK) != 0) fail(path_, "cannot be written to " + folder);
-  if (std::filesystem::is_directory(path_)) {
-    errno = EISDIR;
-    fail(path_, "cannot be written");
-  }
+  demand_file_or_nothing(path_);
+  demand_file_or_nothing(part_);
 }
 
 AtomicFile::~AtomicFile() {

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -29,7 +30,12 @@ T take_number(std::string_view bytes, std::size_t& offset) {
   return value;
 }
 
-/// The whole file. Throws FileError when it cannot be read.
+/// Hands the file over piece by piece. Throws FileError when it cannot be read, or is no file but a
+/// folder, a pipe or a device.
+void read_file_in_blocks(const std::string& path,
+                         const std::function<void(std::string_view)>& take);
+
+/// The whole file at once. Throws FileError as above.
 std::string read_whole_file(const std::string& path);
 
 }  // namespace archetide

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <stdexcept>
 
 #include "common/check.h"
 
@@ -137,14 +139,41 @@ int report_current_exception() {
     return report(with_error_prefix(error.what()), error.exit_code);
   } catch (const std::bad_alloc&) {
     return report("error: out of memory; use a coarser grid or fewer particles", kExitMachine);
+  } catch (const std::length_error&) {
+    return report(
+        "error: more memory was asked for than there can be; check the numbers of the input",
+        kExitMachine);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return report("error: " + file_system_message(error), exit_code_of(error));
   } catch (const std::exception& error) {
     return report(std::string("bug in archetide, please report it: ") + error.what(), kExitBug);
   }
 }
 
+ExitCode exit_code_of(const std::filesystem::filesystem_error& error) {
+  for (const std::errc machine :
+       {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system,
+        std::errc::file_too_large, std::errc::not_enough_memory, std::errc::too_many_files_open,
+        std::errc::too_many_files_open_in_system})
+    if (error.code() == machine) return kExitMachine;
+  return kExitFile;
+}
+
+std::string file_system_message(const std::filesystem::filesystem_error& error) {
+  return error.path1().string() + ": " + error.code().message() +
+         "; check the name and the permissions";
+}
+
+void flush_standard_output() {
+  if (!std::cout.flush()) throw MachineError("standard output cannot be written");
+}
+
 int guarded_main(const std::function<int()>& program) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
   try {
-    return program();
+    const int code = program();
+    flush_standard_output();
+    return code;
   } catch (...) {
     return report_current_exception();
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -66,8 +67,17 @@ void check_verb(int argc, char** argv, const std::vector<std::string>& verbs);
 InputError command_line_error(const std::string& message, int argc, char** argv,
                               const std::vector<std::string>& known);
 
+/// What a failure of the file system means: 5 when a disk or this machine is at its end, 4 for what
+/// is wrong with the file.
+ExitCode exit_code_of(const std::filesystem::filesystem_error& error);
+/// The file and what is wrong with it.
+std::string file_system_message(const std::filesystem::filesystem_error& error);
+
+/// Throws MachineError when what was printed has not arrived.
+void flush_standard_output();
+
 /// Runs the program and turns every exception into a line on the log and an exit code: Error -> its
-/// code, out of memory -> 5, anything else -> 1.
+/// code, out of memory -> 5, the file system -> exit_code_of, anything else -> 1.
 int guarded_main(const std::function<int()>& program);
 
 /// The exit code and log line of the exception being handled (call inside a catch block).

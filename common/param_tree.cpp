@@ -1,125 +1,13 @@
 #include "common/param_tree.h"
 
-#include <toml++/toml.h>
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <sstream>
-#include <string_view>
+
+#include "common/byte_stream.h"
 
 namespace archetide {
 namespace {
-
-SourceLocation location(const toml::source_region& region, const std::string& file) {
-  return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
-}
-
-ParamNode convert(const toml::node& in, const std::string& file);
-
-void convert_table(const toml::table& in, const std::string& file, ParamNode& out) {
-  out.kind = ParamNode::Kind::kTable;
-  for (const auto& [key, value] : in) {
-    ParamNode child = convert(value, file);
-    child.key_where = location(key.source(), file);
-    out.entries.emplace_back(std::string(key.str()), std::move(child));
-  }
-  std::stable_sort(out.entries.begin(), out.entries.end(), [](const auto& a, const auto& b) {
-    const SourceLocation &x = a.second.key_where, &y = b.second.key_where;
-    return std::pair(x.line, x.column) < std::pair(y.line, y.column);
-  });
-}
-
-ParamNode convert(const toml::node& in, const std::string& file) {
-  using Kind = ParamNode::Kind;
-  ParamNode out;
-  out.where = location(in.source(), file);
-  if (const auto* table = in.as_table()) {
-    convert_table(*table, file, out);
-  } else if (const auto* array = in.as_array()) {
-    out.kind = Kind::kArray;
-    for (const toml::node& item : *array) out.items.push_back(convert(item, file));
-  } else if (const auto* text = in.as_string()) {
-    out.kind = Kind::kString, out.string = text->get();
-  } else if (const auto* whole = in.as_integer()) {
-    out.kind = Kind::kInteger, out.integer = whole->get();
-    out.number = static_cast<double>(out.integer);
-  } else if (const auto* real = in.as_floating_point()) {
-    out.kind = Kind::kNumber, out.number = real->get();
-  } else if (const auto* flag = in.as_boolean()) {
-    out.kind = Kind::kBool, out.boolean = flag->get();
-  } else {
-    out.kind = Kind::kDate;
-  }
-  return out;
-}
-
-// Walks over TOML text, skipping strings and comments, and reports the first non-ASCII byte outside
-// them: the parser's own handling of non-ASCII bare keys is undefined behaviour.
-class AsciiScanner {
- public:
-  AsciiScanner(std::string_view text, const std::string& file) : text_(text), file_(file) {}
-
-  void scan() {
-    while (at_ < text_.size()) {
-      const char c = text_[at_];
-      if (c == '#') {
-        skip_past_comment();
-      } else if (c == '"' || c == '\'') {
-        skip_past_string(c);
-      } else {
-        if (static_cast<unsigned char>(c) >= 0x80) fail();
-        advance();
-      }
-    }
-  }
-
- private:
-  void advance() {
-    if (text_[at_] == '\n') line_ += 1, line_start_ = at_ + 1;
-    ++at_;
-  }
-  void skip_past_comment() {
-    while (at_ < text_.size() && text_[at_] != '\n') ++at_;
-  }
-  void skip_past_string(char quote) {
-    const std::string triple(3, quote);
-    const bool multi_line = text_.substr(at_, 3) == triple;
-    const std::string_view end = std::string_view(triple).substr(0, multi_line ? 3 : 1);
-    at_ += end.size();
-    while (at_ < text_.size() && text_.substr(at_, end.size()) != end) {
-      if (!multi_line && text_[at_] == '\n') return;
-      if (quote == '"' && text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
-      advance();
-    }
-    at_ = std::min(at_ + end.size(), text_.size());
-    while (multi_line && at_ < text_.size() && text_[at_] == quote) ++at_;
-  }
-  [[noreturn]] void fail() const {
-    const SourceLocation where{file_, line_, static_cast<int>(at_ - line_start_) + 1};
-    throw InputError({{where, "non-ASCII character outside quotes",
-                       "keys and values may hold other characters only between quotes"}});
-  }
-
-  std::string_view text_;
-  const std::string& file_;
-  std::size_t at_ = 0, line_start_ = 0;
-  int line_ = 1;
-};
-
-void reject_unparsable(const std::string& text, const std::string& file) {
-  if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) {
-    throw InputError({{{file, 1, 1},
-                       "the file begins with a UTF-8 byte order mark",
-                       "save it as UTF-8 without BOM"}});
-  }
-  if (const std::size_t nul = text.find('\0'); nul != std::string::npos) {
-    const int line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + nul, '\n'));
-    throw InputError({{{file, line, 0}, "this is not a text file (it holds a zero byte)", ""}});
-  }
-  AsciiScanner(text, file).scan();
-}
-
-// --- overrides ---
 
 // One step of an override path: a key and, when given, an index into its list.
 struct PathStep {
@@ -161,10 +49,7 @@ void relocate(ParamNode& node, const SourceLocation& where) {
 ParamNode parse_value(const std::string& text, const SourceLocation& where) {
   ParamNode value;
   try {
-    const std::string line = "x = " + text + "\n";
-    reject_unparsable(line, where.file);
-    ParamNode parsed;
-    convert_table(toml::parse(line), where.file, parsed);
+    const ParamNode parsed = parse_param_text("x = " + text + "\n", where.file);
     if (parsed.entries.size() != 1) throw InputError("more than one value");
     value = parsed.entries[0].second;
   } catch (const std::exception&) {
@@ -220,6 +105,21 @@ void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at
   }
 }
 
+// Whether every byte belongs to a character of UTF-8 (its form; not whether Unicode has it).
+bool is_utf8(const std::string& text) {
+  std::size_t follow = 0;  // bytes that the character still needs
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool inner = (byte & 0xC0) == 0x80;
+    if (inner != (follow > 0) || byte == 0xC0 || byte == 0xC1 || byte > 0xF4) return false;
+    if (inner)
+      --follow;
+    else
+      follow = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : byte >= 0xC0 ? 1 : 0;
+  }
+  return follow == 0;
+}
+
 }  // namespace
 
 const ParamNode* ParamNode::find(const std::string& name) const {
@@ -239,30 +139,13 @@ bool ParamNode::is_table_list() const {
                      [](const ParamNode& item) { return item.kind == Kind::kTable; });
 }
 
-ParamNode parse_param_text(const std::string& text, const std::string& file) {
-  reject_unparsable(text, file);
-  try {
-    ParamNode root;
-    convert_table(toml::parse(text), file, root);
-    root.where = root.key_where = {file, 1, 1};
-    return root;
-  } catch (const toml::parse_error& error) {
-    throw InputError({{location(error.source(), file), std::string(error.description()), ""}});
-  }
-}
-
-std::string read_param_file(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::stringstream text;
-  if (!stream || !(text << stream.rdbuf())) {
-    throw FileError(path + ": cannot read this file; check its name and permissions");
-  }
-  return text.str();
-}
+std::string read_param_file(const std::string& path) { return read_whole_file(path); }
 
 void apply_override(ParamNode& root, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   const std::string path = assignment.substr(0, equals);
+  if (!is_utf8(assignment))
+    throw InputError("a word behind --set is not UTF-8", "write it in UTF-8, as the scene file is");
   const SourceLocation where{"--set " + path, 0, 0};
   if (equals == std::string::npos) {
     throw InputError({{where, "expected key=value", "for example --set time.end=2.5"}});

@@ -3,11 +3,9 @@
 #include <openssl/evp.h>
 
 #include <array>
-#include <fstream>
 #include <stdexcept>
-#include <vector>
 
-#include "common/input_error.h"
+#include "common/byte_stream.h"
 
 namespace archetide {
 namespace {
@@ -48,13 +46,8 @@ std::string sha256_hex(std::string_view text) {
 }
 
 std::string sha256_of_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw FileError(path + ": cannot be read");
   Sha256 hash;
-  std::vector<char> buffer(1 << 16);
-  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
-    hash.update(buffer.data(), static_cast<std::size_t>(in.gcount()));
-  }
+  read_file_in_blocks(path, [&](std::string_view block) { hash.update(block); });
   return hash.hex();
 }
 

@@ -42,8 +42,8 @@ void check_indices(const SurfaceFile& file) {
       if (v >= 0 && v < n) continue;
       refuse(file.path, 0,
              "face " + std::to_string(file.face_numbers[t]) + " names vertex " +
-                 std::to_string(v + 1) + " (counted from 1), but the file has " +
-                 std::to_string(n) + " vertices");
+                 std::to_string(static_cast<std::int64_t>(v) + 1) +
+                 " (counted from 1), but the file has " + std::to_string(n) + " vertices");
     }
   }
 }

@@ -164,6 +164,7 @@ void demand_property(const Element& element, bool (*wanted)(const Property&), in
 }
 
 void read_element(Values& values, const Element& element, SurfaceFile& out) {
+  if (element.properties.empty()) return;  // takes no bytes, however many there are
   std::vector<int> corners;
   for (int i = 0; i < element.count; ++i) {
     const std::string what =

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "common/atomic_file.h"
 #include "common/input_error.h"
+#include "common/make_word.h"
 #include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "common/surface_io.h"
@@ -261,16 +261,6 @@ std::string modes_line(const Archetype& a) {
               "; static vectors: ", a.r() - vibration);
 }
 
-std::string make_word(const std::string& path) {
-  std::string word;
-  for (const char c : path) {
-    if (c == ' ' || c == '#') word += '\\';
-    if (c == '$') word += '$';
-    word += c;
-  }
-  return word;
-}
-
 }  // namespace
 
 BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile) {
@@ -331,15 +321,11 @@ std::string phase_table(const Profile& profile) {
   return text.str();
 }
 
-void write_depfile(const std::string& path, const std::string& target, const Recipe& recipe) {
+std::string depfile_text(const std::string& target, const Recipe& recipe) {
   std::vector<std::string> read = {recipe.path, recipe.mesh_path};
   if (recipe.skin)
     read.insert(read.end(), recipe.skin->part_paths.begin(), recipe.skin->part_paths.end());
-  // Rules without commands: a file that was deleted or renamed does not stop make.
-  std::string files, rules;
-  for (const std::string& file : read)
-    files += " " + make_word(file), rules += make_word(file) + ":\n";
-  write_file_atomically(path, make_word(target) + ":" + files + "\n" + rules);
+  return make_fragment(target, read);
 }
 
 }  // namespace archetide

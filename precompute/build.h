@@ -34,7 +34,7 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile,
 std::string phase_table(const Profile& profile);
 
 /// A make fragment: `target` depends on the body file, its mesh, and the body files of a skin's
-/// parts.
-void write_depfile(const std::string& path, const std::string& target, const Recipe& recipe);
+/// parts. Throws InputError for names that make cannot handle.
+std::string depfile_text(const std::string& target, const Recipe& recipe);
 
 }  // namespace archetide

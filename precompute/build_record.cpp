@@ -1,10 +1,12 @@
 #include "precompute/build_record.h"
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/atomic_file.h"
+#include "common/byte_stream.h"
+#include "common/input_error.h"
+#include "common/json_text.h"
 
 namespace archetide {
 namespace {
@@ -66,15 +68,16 @@ void write_record(const std::string& archetype_path, const BuildRecord& r) {
                           {"area", r.surface_area},
                           {"center", numbers(r.surface_centroid)},
                           {"inertia_density_1", numbers(r.surface_inertia)}};
-  write_file_atomically(beside(archetype_path, ".build.json"), out.dump(2) + "\n");
+  write_file_atomically(beside(archetype_path, ".build.json"), json_text(out));
 }
 
 std::optional<BuildRecord> read_record(const std::string& archetype_path, const std::string& hash) {
-  std::ifstream in(beside(archetype_path, ".build.json"));
-  if (!in) return {};
   try {
-    const BuildRecord record = parsed(Json::parse(in));
+    const Json in = Json::parse(read_whole_file(beside(archetype_path, ".build.json")));
+    const BuildRecord record = parsed(in);
     if (record.hash == hash) return record;
+  } catch (const FileError&) {
+    // Nobody demands it.
   } catch (const nlohmann::json::exception&) {
     // Not ours, or changed by hand: ignored.
   }

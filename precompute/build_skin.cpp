@@ -5,6 +5,7 @@
 
 #include "common/closest_point.h"
 #include "common/input_error.h"
+#include "common/json_text.h"
 #include "common/mesh_sdf.h"
 #include "common/sha256.h"
 #include "common/surface_io.h"
@@ -156,7 +157,7 @@ std::string skin_json(const Skin& skin, std::size_t file_bytes) {
   json["mesh"] = {{"file", skin.mesh_file}, {"hash", skin.mesh_hash}};
   json["hash"] = skin.content_hash;
   json["bytes"] = file_bytes;
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace archetide

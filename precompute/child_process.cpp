@@ -99,6 +99,7 @@ double seconds(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_
   ::signal(SIGXCPU, SIG_DFL);
   ::signal(SIGINT, SIG_DFL);  // the parent cleans up
   ::signal(SIGTERM, SIG_DFL);
+  ::signal(SIGHUP, SIG_DFL);
   const rlimit no_core{};
   ::setrlimit(RLIMIT_CORE, &no_core);
   const std::string answer = answer_of(work);

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include "common/json_text.h"
 #include "precompute/archetype_figures.h"
 
 namespace archetide {
@@ -148,7 +149,7 @@ std::string info_json(const Archetype& a, std::size_t file_bytes,
                     {"peak_memory_bytes", object(record->memory)},
                     {"notes", record->notes}};
   }
-  return out.dump(2) + "\n";
+  return json_text(out);
 }
 
 double longest_side(const Archetype& a) {

@@ -72,7 +72,8 @@ std::string examples_of(const std::string& verb) {
 /// Runs `work`; the elements that an error is about go to a PLY, which the message then names.
 template <class Work>
 auto showing_offenders(const std::string& path, Work work) {
-  std::filesystem::remove(path);  // of an earlier attempt
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);  // of an earlier attempt
   const auto write = [&path](const Offenders& error) {
     if (error.offenders.triangles.empty()) return std::string();
     write_ply(path, error.offenders);
@@ -94,7 +95,7 @@ auto showing_offenders(const std::string& path, Work work) {
 /// X.part of the output in the making, for the handler below.
 std::string unfinished;
 
-/// On SIGINT and SIGTERM: nothing half-written stays.
+/// On SIGINT, SIGTERM and SIGHUP: nothing half-written stays.
 extern "C" void stop(int) {
   ::unlink(unfinished.c_str());
   constexpr char kText[] = "stopped; nothing was written\n";
@@ -102,11 +103,19 @@ extern "C" void stop(int) {
   ::_exit(kExitStopped);
 }
 
-void write_skin_of(const Recipe& recipe, const CommandLine& c, Log& log, Profile& profile) {
-  write_skin(c.output, build_skin(recipe, log, profile));
-  if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
-  log.say(phase_table(profile));
-}
+/// The make fragment that was asked for: made before the work, which a name that make cannot handle
+/// would waste, and written after it.
+class Depfile {
+ public:
+  Depfile(const CommandLine& c, const Recipe& recipe)
+      : path_(c.depfile), text_(path_.empty() ? "" : depfile_text(c.output, recipe)) {}
+  void write() const {
+    if (!path_.empty()) write_file_atomically(path_, text_);
+  }
+
+ private:
+  std::string path_, text_;
+};
 
 void refuse_skin(const std::string& path, const std::string& verb) {
   if (is_skin_file(path))
@@ -124,10 +133,16 @@ void build(const CommandLine& c, Log& log) {
   unfinished = c.output + ".part";
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
+  if (std::signal(SIGHUP, stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as nohup wants
   const Recipe recipe = recipe_of(c);
+  const Depfile depfile(c, recipe);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
   Profile profile;
-  if (recipe.skin) return write_skin_of(recipe, c, log, profile);
+  if (recipe.skin) {
+    write_skin(c.output, build_skin(recipe, log, profile));
+    depfile.write();
+    return log.say(phase_table(profile));
+  }
   const std::string defects = c.defects.empty() ? beside(c.output, ".defects.ply") : c.defects;
   BuildRecord record;
   const Archetype a =
@@ -135,7 +150,7 @@ void build(const CommandLine& c, Log& log) {
   {
     const ScopedTimer timer(profile, "write");
     record.hash = write_archetype(c.output, a);
-    if (!c.depfile.empty()) write_depfile(c.depfile, c.output, recipe);
+    depfile.write();
   }
   record.take_seconds(profile);
   write_record(c.output, record);
@@ -344,7 +359,7 @@ int run(int argc, char** argv, Log& log) {
   if (!c.output.empty()) make_folder_of(c.output);
   omp_set_num_threads(c.threads);
   chosen(c, log);
-  if (!std::cout.flush()) throw MachineError("standard output cannot be written");
+  flush_standard_output();
   return kExitDone;
 }
 
@@ -354,6 +369,7 @@ int run(int argc, char** argv, Log& log) {
 int main(int argc, char** argv) {
   using namespace archetide;
   keep_freed_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
   Log log;
   try {
     return run(argc, argv, log);
@@ -366,6 +382,9 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     log.error("error: out of memory; ask for fewer tets (tet.target) or modes");
     return kExitMachine;
+  } catch (const std::filesystem::filesystem_error& error) {
+    log.error("error: " + file_system_message(error));
+    return exit_code_of(error);
   } catch (const std::exception& error) {
     log.error(std::string("error: this is a bug of archetide-precompute: ") + error.what());
     return kExitBug;

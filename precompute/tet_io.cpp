@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <string_view>
 #include <unordered_map>
 
 #include "common/input_error.h"
+#include "precompute/private_copy.h"
 #include "precompute/tet_file.h"
 
 namespace archetide {
@@ -32,18 +37,56 @@ InputError refusal(const std::string& path, const std::string& what, const std::
   return InputError({Diagnostic{{path, 0, 0}, what, hint}});
 }
 
-void open_file(const std::string& path) {
+bool has_ending(const std::string& path, const std::string& ending) {
+  std::string found = std::filesystem::path(path).extension().string();
+  std::transform(found.begin(), found.end(), found.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return found == ending;
+}
+
+/// The first word of a text, behind empty lines and comments.
+std::string first_word(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string word;
+  while (in >> std::setw(64) >> word && word[0] == '#')
+    in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  return word;
+}
+
+/// Gmsh runs any text that it does not know as a script: only what begins as a mesh does reaches
+/// it.
+void demand_mesh(const std::string& path, const std::string& copy, bool medit) {
+  if (medit) {
+    if (first_word(copy) != "MeshVersionFormatted")
+      throw refusal(path, "this is no Medit mesh: it does not begin with MeshVersionFormatted");
+    return;
+  }
+  constexpr std::string_view kHead = "$MeshFormat";
+  std::string head(kHead.size(), ' ');
+  std::ifstream(copy, std::ios::binary).read(head.data(), std::streamsize(head.size()));
+  if (head != kHead)
+    throw refusal(path, "this is no Gmsh mesh: it does not begin with $MeshFormat",
+                  "save the mesh as MSH 2 or MSH 4; scripts are not run");
+}
+
+/// Opens a copy that stands alone: gmsh also reads, and runs, X.msh.opt beside X.msh.
+void open_alone(const std::string& path) {
   std::error_code problem;
   if (!std::filesystem::is_regular_file(path, problem))
     throw FileError(path + ": no such mesh file");
+  const bool medit = has_ending(path, ".mesh");
+  const PrivateCopy copy(path, medit ? "input.mesh" : "input.msh");
+  demand_mesh(path, copy.path(), medit);
   std::string reason = "gmsh cannot read it";
   try {
-    gmsh::open(path);
+    gmsh::open(copy.path());
     return;
   } catch (const std::exception& error) {
     reason += std::string(": ") + error.what();
   } catch (...) {
   }
+  if (const std::size_t at = reason.find(copy.path()); at != std::string::npos)
+    reason.replace(at, copy.path().size(), path);
   throw refusal(path, reason);
 }
 
@@ -93,16 +136,9 @@ TetGroups physical_groups(const std::vector<std::size_t>& elements) {
   return groups;
 }
 
-bool has_ending(const std::string& path, const std::string& ending) {
-  std::string found = std::filesystem::path(path).extension().string();
-  std::transform(found.begin(), found.end(), found.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return found == ending;
-}
-
 TetFile read_with_gmsh(const std::string& path) {
   const GmshSession session;
-  open_file(path);
+  open_alone(path);
   TetFile file;
   std::vector<std::size_t> elements;
   file.corners = corner_tags(path, elements);

@@ -8,6 +8,8 @@
 #include "common/atomic_file.h"
 #include "common/cli.h"
 #include "common/keep_memory.h"
+#include "common/make_word.h"
+#include "common/memory.h"
 #include "runtime/bench/bench.h"
 #include "runtime/output/checkpoint.h"
 #include "runtime/output/csv.h"
@@ -16,6 +18,7 @@
 #include "runtime/output/render.h"
 #include "runtime/output/report.h"
 #include "runtime/output/run_description.h"
+#include "runtime/output/run_lock.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/scene/expectations.h"
 #include "runtime/scene/initial_water.h"
@@ -56,6 +59,15 @@ struct Arguments {
 volatile std::sig_atomic_t interrupted = 0;
 extern "C" void on_interrupt(int) { interrupted = 1; }
 
+// From here on signals that ask for an end let the step be finished. A terminal or a pipe that is
+// gone takes only what is shown there.
+void stop_on_signals() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  if (std::signal(SIGHUP, on_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // nohup
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
 SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrides); }
 
 // --- run ---
@@ -80,16 +92,16 @@ void clear_run_folder(const std::string& folder) {
   }
 }
 
-// True when the folder holds a run. Throws InputError when it holds anything else.
+// True when the folder holds a run. Throws InputError when it holds anything else. A run begins
+// with its manifest: one that was killed before has left nothing but that file's part.
 bool holds_run(const std::string& out) {
-  const fs::path folder(out);
-  if (!fs::exists(folder)) return false;
-  if (!fs::is_directory(folder))
-    throw InputError(out + " is not a folder", "choose another -o DIR");
-  if (fs::is_empty(folder)) return false;
-  if (!fs::exists(folder / "manifest.json"))
-    throw InputError(out + " holds files that are no run of this program", "choose another -o DIR");
-  return true;
+  if (fs::exists(fs::path(out) / "manifest.json")) return true;
+  for (const fs::directory_entry& entry : fs::directory_iterator(out)) {
+    if (entry.path().filename() != "manifest.json.part")
+      throw InputError(out + " holds files that are no run of this program",
+                       "choose another -o DIR");
+  }
+  return false;
 }
 
 // `auto` in a folder with a run: an unfinished one of this scene goes on.
@@ -254,14 +266,26 @@ RunEvents run_events(const SceneSpec& scene, RunParts& parts, RunWriter& writer,
   return events;
 }
 
+// Refuses (exit 5) a tank whose fields do not fit into what is free: the system would end the run,
+// or others, when they are filled. Bodies and archetypes have their memory already.
+void demand_memory_of_water(const SceneSpec& scene, const BuiltScene& built) {
+  const Grid fields = field_grid(built.options, initial_fluid(scene.fluid));
+  demand_memory(estimate_memory(built.options, fields, built.bodies).water,
+                scene.file + ": water in " + std::to_string(fields.cells()) + " cells",
+                "coarsen it (fluid.grid, fluid.cell), take fewer particles, or raise the limit "
+                "(ARCHETIDE_MEMORY_LIMIT, the job's, ulimit -v)");
+}
+
 int run(const Arguments& a) {
   const SceneSpec scene = read_scene(a);
   ArchetypeLibrary library(scene.directory, a.archetypes);
   BuiltScene built = build_scene(scene, library);
+  demand_memory_of_water(scene, built);
   const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies, built.skins);
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
   const std::vector<std::string> joint_names = built.joint_names;
+  const RunLock lock(a.out);
   const RunStart start = claim_run_folder(a, identity);
 
   RunParts parts{make_simulation(std::move(built), scene),
@@ -274,7 +298,8 @@ int run(const Arguments& a) {
     setup.resumed = parts.progress, setup.resumed_from = start.checkpoint;
     setup.fork = start.fork;
     plan.resumed = true;
-    fs::remove_all(fs::path(a.out) / "failure");
+    std::error_code ignored;
+    fs::remove_all(fs::path(a.out) / "failure", ignored);
   }
   RunWriter writer(setup, parts.simulation);
   const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
@@ -282,8 +307,7 @@ int run(const Arguments& a) {
     parts.progress = writer.progress();
     checkpoints.write(writer.frame(), visit);
   };
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  stop_on_signals();
   try {
     const RunEnd end =
         run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
@@ -459,8 +483,7 @@ int bench(const Arguments& a) {
   request.csv = a.csv, request.until = a.until;
   request.threads = a.common.threads;
   request.out = a.out.empty() ? "out/bench/" + read_scene(a).name : a.out;
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  stop_on_signals();
   const BenchTable table = run_bench(request, interrupted);
   std::cout << bench_text(table);
   if (interrupted) return kExitStopped;

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "common/exception_carrier.h"
+
 namespace archetide {
 namespace {
 
@@ -342,13 +344,16 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
 
   // their surfaces, and again with the boxes of these
   std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (near.size() > kParallelFrom)
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (!wanted[b]) continue;
-    deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b], covers.of(b));
-    boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
-                deformed[b]->high() + Vec3::Constant(margin[b])};
-  }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    carrier.run([&] {
+      if (!wanted[b]) return;
+      deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b], covers.of(b));
+      boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
+                  deformed[b]->high() + Vec3::Constant(margin[b])};
+    });
+  carrier.rethrow();
   const std::vector<std::unique_ptr<TouchedSolid>> covered =
       covered_solids(options.covers, deformed);
   const auto solid = [&](int b) {
@@ -381,21 +386,23 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
   // samples of one against the distance of the other
   std::vector<std::vector<BodyContact>> found(tasks.size());
 #pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)
-  for (std::size_t t = 0; t < tasks.size(); ++t) {
-    const Task& task = tasks[t];
-    const DeformedBody& body = *deformed[task.a];
-    std::vector<Candidate> all = candidates(body, task, before);
-    if (task.b >= 0)
-      std::erase_if(all, [&](const Candidate& c) {
-        return body.normal(c.sample).dot(c.at.normal) > kFacing;
-      });
-    for (const Candidate& c : thinned(std::move(all), body, task.margin)) {
-      const Vec3& x = body.samples()[c.sample];
-      const StepMotion& its = task.b >= 0 ? motions[task.b] : still;
-      found[t].push_back({task.a, task.b, c.sample, x, c.at.normal, c.at.rest, c.at.gap,
-                          clearance(x, c.at, *task.solid, motions[task.a], its)});
-    }
-  }
+  for (std::size_t t = 0; t < tasks.size(); ++t)
+    carrier.run([&] {
+      const Task& task = tasks[t];
+      const DeformedBody& body = *deformed[task.a];
+      std::vector<Candidate> all = candidates(body, task, before);
+      if (task.b >= 0)
+        std::erase_if(all, [&](const Candidate& c) {
+          return body.normal(c.sample).dot(c.at.normal) > kFacing;
+        });
+      for (const Candidate& c : thinned(std::move(all), body, task.margin)) {
+        const Vec3& x = body.samples()[c.sample];
+        const StepMotion& its = task.b >= 0 ? motions[task.b] : still;
+        found[t].push_back({task.a, task.b, c.sample, x, c.at.normal, c.at.rest, c.at.gap,
+                            clearance(x, c.at, *task.solid, motions[task.a], its)});
+      }
+    });
+  carrier.rethrow();
   for (const std::vector<BodyContact>& list : found)
     contacts.insert(contacts.end(), list.begin(), list.end());
   return contacts;

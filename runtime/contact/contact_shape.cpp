@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "common/closest_point.h"
+#include "common/exception_carrier.h"
 #include "common/mesh_sdf.h"
 
 namespace archetide {
@@ -156,18 +157,22 @@ ModeLattice mode_lattice(const Archetype& archetype, int cells) {
   ModeLattice lattice{lattice_around(archetype.surface, cells), {}};
   const long r = archetype.r();
   lattice.modes.resize(3L * lattice.nodes.prod(), r);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < lattice.nodes[2]; ++k)
-    for (int j = 0; j < lattice.nodes[1]; ++j)
-      for (int i = 0; i < lattice.nodes[0]; ++i) {
-        const Vec3 x = lattice.place(i, j, k);
-        const std::vector<int> nearest = nearest_vertices(vertices, x, kNeighbours);
-        const VecX w = fit_weights(vertices, nearest, x, lattice.spacing);
-        MatX sum = MatX::Zero(3, r);
-        for (long m = 0; m < w.size(); ++m)
-          sum += w[m] * archetype.surface_modes.middleRows<3>(3L * nearest[m]);
-        lattice.modes.middleRows<3>(3 * lattice.index(i, j, k)) = sum;
-      }
+    carrier.run([&] {
+      for (int j = 0; j < lattice.nodes[1]; ++j)
+        for (int i = 0; i < lattice.nodes[0]; ++i) {
+          const Vec3 x = lattice.place(i, j, k);
+          const std::vector<int> nearest = nearest_vertices(vertices, x, kNeighbours);
+          const VecX w = fit_weights(vertices, nearest, x, lattice.spacing);
+          MatX sum = MatX::Zero(3, r);
+          for (long m = 0; m < w.size(); ++m)
+            sum += w[m] * archetype.surface_modes.middleRows<3>(3L * nearest[m]);
+          lattice.modes.middleRows<3>(3 * lattice.index(i, j, k)) = sum;
+        }
+    });
+  carrier.rethrow();
   return lattice;
 }
 
@@ -224,17 +229,21 @@ std::size_t mover(const SurfaceSample& s, const MatX& weights) {
 MatX weights_around(const TriMesh& cover, const MatX& weights, const BoxLattice& lattice) {
   const ClosestPoint nearest(cover);
   MatX out(weights.cols(), lattice.nodes.prod());
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < lattice.nodes[2]; ++k)
-    for (int j = 0; j < lattice.nodes[1]; ++j)
-      for (int i = 0; i < lattice.nodes[0]; ++i) {
-        const ClosestPoint::Hit hit = nearest.find(lattice.place(i, j, k), INFINITY);
-        const Vec3i& t = cover.triangles[hit.triangle];
-        const Vec3 w = nearest.weights(hit);
-        out.col(lattice.index(i, j, k)) =
-            (w[0] * weights.row(t[0]) + w[1] * weights.row(t[1]) + w[2] * weights.row(t[2]))
-                .transpose();
-      }
+    carrier.run([&] {
+      for (int j = 0; j < lattice.nodes[1]; ++j)
+        for (int i = 0; i < lattice.nodes[0]; ++i) {
+          const ClosestPoint::Hit hit = nearest.find(lattice.place(i, j, k), INFINITY);
+          const Vec3i& t = cover.triangles[hit.triangle];
+          const Vec3 w = nearest.weights(hit);
+          out.col(lattice.index(i, j, k)) =
+              (w[0] * weights.row(t[0]) + w[1] * weights.row(t[1]) + w[2] * weights.row(t[2]))
+                  .transpose();
+        }
+    });
+  carrier.rethrow();
   return out;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/exception_carrier.h"
+
 namespace archetide {
 namespace {
 
@@ -59,8 +61,11 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
 ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
                              const std::vector<ContactBody>& bodies)
     : rows_(contacts.size()) {
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(static) if (contacts.size() > 64)
-  for (std::size_t k = 0; k < contacts.size(); ++k) rows_[k] = contact_rows(contacts[k], bodies);
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    carrier.run([&] { rows_[k] = contact_rows(contacts[k], bodies); });
+  carrier.rethrow();
 }
 
 void ContactSystem::add(int a, const ContactPoint& point, const std::vector<ContactBody>& bodies) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/exception_carrier.h"
 #include "common/tri_mesh.h"
 #include "runtime/articulation/skinning.h"
 #include "runtime/grid/grid.h"
@@ -98,10 +99,14 @@ auto parts_of(const std::vector<Item>& items, const OfSome& of_some) {
   constexpr std::size_t kAtOnce = 128;
   const std::size_t count = (items.size() + kAtOnce - 1) / kAtOnce;
   std::vector<decltype(of_some(std::span<const Item>()))> parts(count);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (count > 1)
   for (std::size_t p = 0; p < count; ++p)
-    parts[p] = of_some(
-        std::span(items).subspan(p * kAtOnce, std::min(kAtOnce, items.size() - p * kAtOnce)));
+    carrier.run([&] {
+      parts[p] = of_some(
+          std::span(items).subspan(p * kAtOnce, std::min(kAtOnce, items.size() - p * kAtOnce)));
+    });
+  carrier.rethrow();
   return parts;
 }
 

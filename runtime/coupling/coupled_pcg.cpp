@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/exception_carrier.h"
 #include "runtime/coupling/flux_columns.h"
 
 namespace archetide {
@@ -125,12 +126,15 @@ double CoupledPcg::first_residual(const double* b, double* x, double norm_b) {
 
 // H^-1 Fhat^T z of every body.
 void CoupledPcg::respond(const float* z) {
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t b = 0; b < place_.size(); ++b) {
-    const CoupledOperator::Body& body = op_->bodies()[b];
-    momentum_[b] = gather_columns(body.flux, place_[b], z);
-    response_[b].noalias() = body.inverse_mass * momentum_[b];
-  }
+  for (std::size_t b = 0; b < place_.size(); ++b)
+    carrier.run([&] {
+      const CoupledOperator::Body& body = op_->bodies()[b];
+      momentum_[b] = gather_columns(body.flux, place_[b], z);
+      response_[b].noalias() = body.inverse_mass * momentum_[b];
+    });
+  carrier.rethrow();
   if (op_->rows()) op_->rows()->constrain(response_);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/exception_carrier.h"
 #include "runtime/numerics/parallel.h"
 
 namespace archetide {
@@ -82,13 +83,17 @@ class PressureGradient {
 
   // Row by row all three components, which read the same pressures.
   void apply() {
+    ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic, 4)
     for (int k = 0; k <= g.nz; ++k)
-      for (int j = 0; j <= g.ny; ++j) {
-        if (j < g.ny && k < g.nz) apply_to_row(0, j, k);
-        if (k < g.nz) apply_to_row(1, j, k);
-        if (j < g.ny) apply_to_row(2, j, k);
-      }
+      carrier.run([&] {
+        for (int j = 0; j <= g.ny; ++j) {
+          if (j < g.ny && k < g.nz) apply_to_row(0, j, k);
+          if (k < g.nz) apply_to_row(1, j, k);
+          if (j < g.ny) apply_to_row(2, j, k);
+        }
+      });
+    carrier.rethrow();
   }
 
   // The narrow faces that were solved for.
@@ -329,24 +334,27 @@ double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
   const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(pushed.begin(), pushed.end(), before);
   std::vector<std::pair<double, Vec3i>> largest(g.nz, {0.0, Vec3i::Zero()});  // of each plane
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic, 4)
-  for (int k = 0; k < g.nz; ++k) {
-    std::vector<double> net(g.nx);
-    for (int j = 0; j < g.ny; ++j) {
-      const CellKind* kind = &s.matrix.kind(0, j, k);
-      if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
-      inflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
-      const auto row = static_cast<std::int64_t>(s.matrix.kind.index(0, j, k));
-      auto next = std::lower_bound(pushed.begin(), pushed.end(), std::pair(row, 0.0), before);
-      for (; next != pushed.end() && next->first < row + g.nx; ++next)
-        net[next->first - row] += next->second;
-      for (int i = 0; i < g.nx; ++i) {
-        const double here = std::abs(net[i]);
-        if (kind[i] == CellKind::kUnknown && here > largest[k].first)
-          largest[k] = {here, Vec3i(i, j, k)};
+  for (int k = 0; k < g.nz; ++k)
+    carrier.run([&] {
+      std::vector<double> net(g.nx);
+      for (int j = 0; j < g.ny; ++j) {
+        const CellKind* kind = &s.matrix.kind(0, j, k);
+        if (std::find(kind, kind + g.nx, CellKind::kUnknown) == kind + g.nx) continue;
+        inflow_row(s.matrix.w, u, j, k, 0, g.nx, net.data());
+        const auto row = static_cast<std::int64_t>(s.matrix.kind.index(0, j, k));
+        auto next = std::lower_bound(pushed.begin(), pushed.end(), std::pair(row, 0.0), before);
+        for (; next != pushed.end() && next->first < row + g.nx; ++next)
+          net[next->first - row] += next->second;
+        for (int i = 0; i < g.nx; ++i) {
+          const double here = std::abs(net[i]);
+          if (kind[i] == CellKind::kUnknown && here > largest[k].first)
+            largest[k] = {here, Vec3i(i, j, k)};
+        }
       }
-    }
-  }
+    });
+  carrier.rethrow();
   const auto worst =
       std::max_element(largest.begin(), largest.end(),
                        [](const auto& p, const auto& q) { return p.first < q.first; });

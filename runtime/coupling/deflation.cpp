@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/exception_carrier.h"
 #include "runtime/numerics/aligned.h"
 #include "runtime/numerics/box_cycle.h"
 #include "runtime/numerics/fused_steps.h"
@@ -139,13 +140,15 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
   const bool pays = choice == DeflationChoice::kAlways || saved > kWorth * e.cost;
   if (directions == 0.0 || directions > kMostColumns || !pays) return patches_.clear();
   if (many_patches()) {
+    ExceptionCarrier carrier;
 #pragma omp parallel
     {
       Local local;
 #pragma omp for schedule(dynamic)
       for (std::size_t n = 0; n < patches_.size(); ++n)
-        fill(op, water, light[n].S, local, patches_[n]);
+        carrier.run([&] { fill(op, water, light[n].S, local, patches_[n]); });
     }
+    carrier.rethrow();
   } else {  // outside of any parallel region: there threads would be made and ended for every loop
     Local local;
     for (std::size_t n = 0; n < patches_.size(); ++n)
@@ -280,8 +283,11 @@ class Deflation::Spread {
 void Deflation::assemble(const CoupledOperator& op) {
   MatX E = MatX::Zero(columns_, columns_);
   for (Patch& p : patches_) find_flux(op, p);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (many_patches())
-  for (std::size_t n = 0; n < patches_.size(); ++n) add_products(op, patches_[n], E);
+  for (std::size_t n = 0; n < patches_.size(); ++n)
+    carrier.run([&] { add_products(op, patches_[n], E); });
+  carrier.rethrow();
   E.triangularView<Eigen::StrictlyUpper>() = E.transpose();
   // Y^T F H^-1 F^T Y, body by body
   std::vector<Near> near(op.bodies().size());
@@ -398,11 +404,14 @@ void Deflation::add_products(const CoupledOperator& op, Patch& p, MatX& E) const
 MatX Deflation::products(const PoissonMatrix& a, const Spread& y, const Patch& other) const {
   const int low = y.low()[2], planes = y.high()[2] - low;
   std::vector<std::vector<Lanes>> in_plane(planes);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (!many_patches())
-  for (int k = 0; k < planes; ++k) {
-    in_plane[k].assign(other.columns, Lanes{});
-    add_products_of_plane(a, y, other, low + k, in_plane[k]);
-  }
+  for (int k = 0; k < planes; ++k)
+    carrier.run([&] {
+      in_plane[k].assign(other.columns, Lanes{});
+      add_products_of_plane(a, y, other, low + k, in_plane[k]);
+    });
+  carrier.rethrow();
   MatX sums = MatX::Zero(other.columns, kLanes);
   for (const std::vector<Lanes>& plane : in_plane)
     for (int c = 0; c < other.columns; ++c)
@@ -441,11 +450,14 @@ void Deflation::correct(const PoissonOperator& water, const PaddedLayout& layout
   for (const Patch& p : patches_)
     for (int k = p.low[2]; k < p.low[2] + p.size[2]; k += kPlanes) piece.emplace_back(&p, k);
   std::vector<VecX> sums(piece.size());
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t n = 0; n < piece.size(); ++n) {
-    const auto& [p, k] = piece[n];
-    sums[n] = gather(water, layout, *p, k, k + kPlanes, r, scale, z);
-  }
+  for (std::size_t n = 0; n < piece.size(); ++n)
+    carrier.run([&] {
+      const auto& [p, k] = piece[n];
+      sums[n] = gather(water, layout, *p, k, k + kPlanes, r, scale, z);
+    });
+  carrier.rethrow();
   weight_.setZero(columns_);
   for (std::size_t n = 0; n < piece.size(); ++n)
     weight_.segment(piece[n].first->first, piece[n].first->columns) += sums[n];

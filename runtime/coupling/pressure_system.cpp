@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/time_splitting.h"
 
@@ -337,12 +338,14 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
   const std::vector<CellKind> air(g.nx, CellKind::kDirichlet);
   const std::vector<char> touched = touched_rows(g, solids, changed);
   const std::vector<RowKind> before = s.rows;
+  ExceptionCarrier carrier;
 #pragma omp parallel
   {
-    std::vector<unsigned char> whole(g.nx);
+    std::vector<unsigned char> whole;
+    carrier.run([&] { whole.resize(g.nx); });
 #pragma omp for schedule(dynamic, 4)
     for (int k = 0; k < g.nz; ++k)
-      for (int j = 0; j < g.ny; ++j) {
+      for (int j = 0; j < g.ny && !carrier.caught(); ++j) {
         const std::size_t r = j + static_cast<std::size_t>(g.ny) * k;
         CellKind* kind = &A.kind(0, j, k);
         const bool known = !touched[r] && before[r] != RowKind::kMixed;
@@ -353,6 +356,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
                         : classify_whole_row(g, &(*surface.phi)(0, j, k), before[r], kind);
       }
   }
+  carrier.rethrow();
   for (DualFaces* faces : solids) share_dual_faces(A.kind, open, *faces, A.w);
 
   // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
@@ -361,10 +365,11 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
   std::vector<RowKind> next(s.rows.size());
 #pragma omp parallel
   {
-    std::vector<unsigned char> beside(g.nx);
+    std::vector<unsigned char> beside;
+    carrier.run([&] { beside.resize(g.nx); });
 #pragma omp for schedule(dynamic, 4)
     for (int k = 0; k < g.nz; ++k)
-      for (int j = 0; j < g.ny; ++j) {
+      for (int j = 0; j < g.ny && !carrier.caught(); ++j) {
         const std::size_t r = j + static_cast<std::size_t>(g.ny) * k;
         const bool inner = is_inner(g, open_side, s.rows, j, k);
         next[r] = inner ? RowKind::kInner : s.rows[r];
@@ -379,6 +384,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
           std::fill_n(&A.diag(0, j, k), g.nx, 0.0);
       }
   }
+  carrier.rethrow();
   s.rows.swap(next);
   double total = 0.0;
   std::size_t faces = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/exception_carrier.h"
 #include "runtime/coupling/clip.h"
 
 namespace archetide {
@@ -144,25 +145,28 @@ std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
     const int across = axis == 2 ? 1 : 2, count = std::max(end[across] - low[across], 0);
     LineSweep sweep(g, axis, surface, fractions);
     std::vector<std::vector<DualFace>> found(count);  // in this order for any threads
+    ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (box.count() > kWorthThreads)
-    for (int n = 0; n < count; ++n) {
-      Vec3i cell = box.low;
-      cell[across] = low[across] + n;
-      const int other = 3 - across;  // of y and z
-      if (axis == 0) {
-        for (cell[other] = low[other]; cell[other] < end[other]; ++cell[other]) {
-          LineSweep::Line line;
-          cell[0] = box.low[0];
-          for (int l = 0; l < box.size[0]; ++l, ++cell[0]) sweep.step(cell, line, found[n]);
+    for (int n = 0; n < count; ++n)
+      carrier.run([&] {
+        Vec3i cell = box.low;
+        cell[across] = low[across] + n;
+        const int other = 3 - across;  // of y and z
+        if (axis == 0) {
+          for (cell[other] = low[other]; cell[other] < end[other]; ++cell[other]) {
+            LineSweep::Line line;
+            cell[0] = box.low[0];
+            for (int l = 0; l < box.size[0]; ++l, ++cell[0]) sweep.step(cell, line, found[n]);
+          }
+          return;
         }
-        continue;
-      }
-      std::vector<LineSweep::Line> lines(std::max(end[0] - low[0], 0));
-      for (int l = 0; l < box.size[other]; ++l, ++cell[other]) {
-        cell[0] = low[0];
-        for (LineSweep::Line& line : lines) sweep.step(cell, line, found[n]), ++cell[0];
-      }
-    }
+        std::vector<LineSweep::Line> lines(std::max(end[0] - low[0], 0));
+        for (int l = 0; l < box.size[other]; ++l, ++cell[other]) {
+          cell[0] = low[0];
+          for (LineSweep::Line& line : lines) sweep.step(cell, line, found[n]), ++cell[0];
+        }
+      });
+    carrier.rethrow();
     for (const auto& part : found) faces.insert(faces.end(), part.begin(), part.end());
   }
   return faces;

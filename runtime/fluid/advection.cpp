@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/check.h"
+#include "common/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
@@ -49,12 +50,14 @@ Marks combine(const Mask& in, const RowShares& rows, int first, int last, unsign
   Marks out{Mask(nx, ny, nz, Unfilled{}), {ny, std::vector<Share>(rows.row.size())}};
   const Share same = nothing ? Share::kAll : Share::kNone,
               other = nothing ? Share::kNone : Share::kAll;
+  ExceptionCarrier carrier;
 #pragma omp parallel
   {
-    std::vector<unsigned char> line(nx + last - first, nothing);
+    std::vector<unsigned char> line;
+    carrier.run([&] { line.assign(nx + last - first, nothing); });
 #pragma omp for schedule(dynamic)
     for (int k = 0; k < nz; ++k)
-      for (int j = 0; j < ny; ++j) {
+      for (int j = 0; j < ny && !carrier.caught(); ++j) {
         Share& share = out.rows.row[j + static_cast<std::size_t>(ny) * k];
         unsigned char* row = &out.mask(0, j, k);
         const int k0 = std::max(k + first, 0), k1 = std::min(k + last, nz - 1),
@@ -80,6 +83,7 @@ Marks combine(const Mask& in, const RowShares& rows, int first, int last, unsign
         share = Share::kSome;
       }
   }
+  carrier.rethrow();
   return out;
 }
 

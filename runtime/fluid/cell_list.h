@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "common/exception_carrier.h"
 #include "runtime/grid/grid.h"
 
 namespace archetide {
@@ -89,13 +90,17 @@ RowShares row_shares(const Array3<T>& shape, const Property& has) {
 template <class T, class Predicate>
 std::vector<int> collect_cells(const Array3<T>& shape, const Predicate& keep) {
   std::vector<std::vector<int>> parts(shape.nz());
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < shape.nz(); ++k)
-    for (int j = 0; j < shape.ny(); ++j) {
-      int n = static_cast<int>(shape.index(0, j, k));
-      for (int i = 0; i < shape.nx(); ++i, ++n)
-        if (keep(i, j, k, n)) parts[k].push_back(n);
-    }
+    carrier.run([&] {
+      for (int j = 0; j < shape.ny(); ++j) {
+        int n = static_cast<int>(shape.index(0, j, k));
+        for (int i = 0; i < shape.nx(); ++i, ++n)
+          if (keep(i, j, k, n)) parts[k].push_back(n);
+      }
+    });
+  carrier.rethrow();
   return concatenate(parts);
 }
 
@@ -115,14 +120,18 @@ std::vector<int> collect_cells_at_changes(const Array3<T>& shape, const Property
            same(j, k + 1);
   };
   std::vector<std::vector<int>> parts(nz);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < nz; ++k)
-    for (int j = 0; j < ny; ++j) {
-      if (alike(j, k)) continue;
-      int n = static_cast<int>(shape.index(0, j, k));
-      for (int i = 0; i < nx; ++i, ++n)
-        if (keep(i, j, k, n)) parts[k].push_back(n);
-    }
+    carrier.run([&] {
+      for (int j = 0; j < ny; ++j) {
+        if (alike(j, k)) continue;
+        int n = static_cast<int>(shape.index(0, j, k));
+        for (int i = 0; i < nx; ++i, ++n)
+          if (keep(i, j, k, n)) parts[k].push_back(n);
+      }
+    });
+  carrier.rethrow();
   return concatenate(parts);
 }
 
@@ -165,10 +174,14 @@ std::vector<int> collect_from(const std::vector<int>& list, const Add& add) {
   constexpr int kChunk = 1024;
   const int count = static_cast<int>(list.size());
   std::vector<std::vector<int>> parts((count + kChunk - 1) / kChunk);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (count > kParallelFrom)
   for (int part = 0; part < static_cast<int>(parts.size()); ++part)
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t)
-      add(list[t], parts[part]);
+    carrier.run([&] {
+      for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t)
+        add(list[t], parts[part]);
+    });
+  carrier.rethrow();
   return concatenate(parts);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 
 namespace archetide {
@@ -26,35 +27,41 @@ std::vector<int> first_frontier(const Mask& valid) {
   const int nx = valid.nx(), ny = valid.ny(), nz = valid.nz();
   const std::size_t layer = static_cast<std::size_t>(nx) * ny;
   std::vector<std::vector<int>> parts(nz);
+  ExceptionCarrier carrier;
 #pragma omp parallel
   {
-    std::vector<unsigned char> touches(nx);
+    std::vector<unsigned char> touches;
+    carrier.run([&] { touches.resize(nx); });
 #pragma omp for schedule(dynamic)
     for (int k = 0; k < nz; ++k)
-      for (int j = 0; j < ny; ++j) {
-        const unsigned char* row = &valid(0, j, k);
-        if (!std::memchr(row, 0, nx)) continue;
-        const unsigned char *south = j > 0 ? row - nx : row, *north = j + 1 < ny ? row + nx : row,
-                            *down = k > 0 ? row - layer : row, *up = k + 1 < nz ? row + layer : row;
-        unsigned char* found = touches.data();
+      carrier.run([&] {
+        for (int j = 0; j < ny; ++j) {
+          const unsigned char* row = &valid(0, j, k);
+          if (!std::memchr(row, 0, nx)) continue;
+          const unsigned char *south = j > 0 ? row - nx : row, *north = j + 1 < ny ? row + nx : row,
+                              *down = k > 0 ? row - layer : row,
+                              *up = k + 1 < nz ? row + layer : row;
+          unsigned char* found = touches.data();
 #pragma omp simd
-        for (int i = 0; i < nx; ++i) found[i] = south[i] | north[i] | down[i] | up[i];
+          for (int i = 0; i < nx; ++i) found[i] = south[i] | north[i] | down[i] | up[i];
 #pragma omp simd
-        for (int i = 1; i < nx; ++i) found[i] |= row[i - 1];
+          for (int i = 1; i < nx; ++i) found[i] |= row[i - 1];
 #pragma omp simd
-        for (int i = 1; i < nx; ++i) found[i - 1] |= row[i];
-        unsigned char any = 0;
+          for (int i = 1; i < nx; ++i) found[i - 1] |= row[i];
+          unsigned char any = 0;
 #pragma omp simd reduction(| : any)
-        for (int i = 0; i < nx; ++i) {
-          found[i] = (row[i] == 0) & (found[i] != 0);
-          any |= found[i];
+          for (int i = 0; i < nx; ++i) {
+            found[i] = (row[i] == 0) & (found[i] != 0);
+            any |= found[i];
+          }
+          if (!any) continue;
+          const auto first = static_cast<int>(valid.index(0, j, k));
+          for (int i = 0; i < nx; ++i)
+            if (found[i]) parts[k].push_back(first + i);
         }
-        if (!any) continue;
-        const auto first = static_cast<int>(valid.index(0, j, k));
-        for (int i = 0; i < nx; ++i)
-          if (found[i]) parts[k].push_back(first + i);
-      }
+      });
   }
+  carrier.rethrow();
   return concatenate(parts);
 }
 

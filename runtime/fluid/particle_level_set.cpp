@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/markers.h"
 #include "runtime/fluid/point_block.h"
@@ -223,25 +224,28 @@ std::vector<Claim> claims_of_escaped(const Grid& g, const PhiSampler& phi, const
   const int count = static_cast<int>(p.size());
   std::vector<std::vector<Claim>> parts((count + kChunk - 1) / kChunk);
   int total = 0;
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) reduction(+ : total)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part) {
-    const std::vector<int> list =
-        shallow_particles(p, g.dx, part * kChunk, std::min(count, (part + 1) * kChunk));
-    for (std::size_t first = 0; first < list.size(); first += kBlock) {
-      const std::size_t some = std::min<std::size_t>(kBlock, list.size() - first);
-      Vec3 points[kBlock];
-      double values[kBlock];
-      for (std::size_t l = 0; l < some; ++l) points[l] = p.position[list[first + l]];
-      phi.values(points, some, values);
-      for (std::size_t l = 0; l < some; ++l) {
-        const int t = list[first + l];
-        const double distance = p.sign[t] * values[l];
-        if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
-        if (inside(solid, cell_of(g, p.position[t]))) continue;
-        ++total, claim(g, phi, p, t, parts[part]);
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    carrier.run([&] {
+      const std::vector<int> list =
+          shallow_particles(p, g.dx, part * kChunk, std::min(count, (part + 1) * kChunk));
+      for (std::size_t first = 0; first < list.size(); first += kBlock) {
+        const std::size_t some = std::min<std::size_t>(kBlock, list.size() - first);
+        Vec3 points[kBlock];
+        double values[kBlock];
+        for (std::size_t l = 0; l < some; ++l) points[l] = p.position[list[first + l]];
+        phi.values(points, some, values);
+        for (std::size_t l = 0; l < some; ++l) {
+          const int t = list[first + l];
+          const double distance = p.sign[t] * values[l];
+          if (distance >= -p.radius[t] || distance < -kDeepest * g.dx) continue;
+          if (inside(solid, cell_of(g, p.position[t]))) continue;
+          ++total, claim(g, phi, p, t, parts[part]);
+        }
       }
-    }
-  }
+    });
+  carrier.rethrow();
   escaped = total;
   return concatenate(parts);
 }
@@ -259,17 +263,21 @@ void reseed_particles(const Grid& g, const Array3<double>& phi, const Mask& soli
   constexpr int kChunk = 512;
   const int count = static_cast<int>(cells.size());
   std::vector<Particles> parts((count + kChunk - 1) / kChunk);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
-  for (int part = 0; part < static_cast<int>(parts.size()); ++part) {
-    std::vector<Depth> ranked;
-    for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
-      const int n = cells[t];
-      const Bucket bucket = buckets.of(n);
-      thin_out(particles, buckets, bucket, per_cell, ranked, parts[part]);
-      const int missing = per_cell - (bucket.last - bucket.first);
-      if (!inside(solid, n)) seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
-    }
-  }
+  for (int part = 0; part < static_cast<int>(parts.size()); ++part)
+    carrier.run([&] {
+      std::vector<Depth> ranked;
+      for (int t = part * kChunk; t < std::min(count, (part + 1) * kChunk); ++t) {
+        const int n = cells[t];
+        const Bucket bucket = buckets.of(n);
+        thin_out(particles, buckets, bucket, per_cell, ranked, parts[part]);
+        const int missing = per_cell - (bucket.last - bucket.first);
+        if (!inside(solid, n))
+          seed_cell(g, sampler, n, unravel(phi, n), missing, epoch, parts[part]);
+      }
+    });
+  carrier.rethrow();
   particles.position = concatenate(parts, &Particles::position);
   particles.radius = concatenate(parts, &Particles::radius);
   particles.sign = concatenate(parts, &Particles::sign);

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/exception_carrier.h"
+
 namespace archetide {
 
 /// Work on fewer cells than this runs on one thread: starting threads would cost more than they
@@ -20,8 +22,10 @@ void for_each_index(int n, bool parallel, F&& f) {
     for (int i = 0; i < n; ++i) f(i);
     return;
   }
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic, 4)
-  for (int i = 0; i < n; ++i) f(i);
+  for (int i = 0; i < n; ++i) carrier.run([&] { f(i); });
+  carrier.rethrow();
 }
 
 /// f(0) .. f(n - 1), each work for all threads: shared among them if there are as many, else one
@@ -33,8 +37,10 @@ void for_each_large(std::size_t n, F&& f) {
     for (std::size_t i = 0; i < n; ++i) f(i);
     return;
   }
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < n; ++i) f(i);
+  for (std::size_t i = 0; i < n; ++i) carrier.run([&] { f(i); });
+  carrier.rethrow();
 }
 
 /// Rows of a strip (even) so that the planes that a wavefront of `stages` works on stay in a cache

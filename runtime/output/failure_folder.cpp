@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "runtime/output/body_surface.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"
@@ -91,7 +92,7 @@ std::string write_failure(const FailureSetup& setup, const SimulationFailure& fa
   const std::string replay = replay_command(setup, folder, start.has_value());
   const std::string text = std::string(failure.what()) + "\n" +
                            (names.empty() ? "" : names + "\n") + "replay: " + replay + "\n";
-  write_file_atomically(folder + "diagnosis.json", to_json(failure, setup, replay).dump(2) + "\n");
+  write_file_atomically(folder + "diagnosis.json", json_text(to_json(failure, setup, replay)));
   write_file_atomically(folder + "diagnosis.txt", text);
   return replay;
 }

@@ -35,16 +35,27 @@ int run_program(const std::vector<std::string>& words) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
+// A name that ffmpeg takes as it is: ':' would name a protocol, '-' an option.
+std::string plain_name(const std::string& path) { return "file:" + path; }
+
+// The pictures of a folder, whose own name may hold '%'.
+std::string numbered_pictures(const std::string& folder) {
+  std::string name;
+  for (const char c : folder) name += c == '%' ? "%%" : std::string(1, c);
+  return plain_name(name + "frame.%06d.png");
+}
+
 std::vector<std::string> ffmpeg_words(const std::string& folder, int first, int count, double fps,
                                       const std::vector<std::string>& codec,
                                       const std::string& film) {
   std::vector<std::string> words = {"ffmpeg", "-y", "-nostdin", "-framerate", number_text(fps),
                                     "-start_number", std::to_string(first), "-i",
-                                    folder + "frame.%06d.png", "-frames:v", std::to_string(count),
+                                    numbered_pictures(folder), "-frames:v", std::to_string(count),
                                     // 4:2:0 needs even sides.
                                     "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"};
   words.insert(words.end(), codec.begin(), codec.end());
-  words.insert(words.end(), {"-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", film});
+  words.insert(words.end(),
+               {"-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", plain_name(film)});
   return words;
 }
 

@@ -9,6 +9,7 @@
 #include "common/atomic_file.h"
 #include "common/byte_stream.h"
 #include "common/input_error.h"
+#include "common/json_text.h"
 
 namespace archetide {
 namespace {
@@ -158,7 +159,7 @@ void write_manifest(const std::string& path, const Manifest& m) {
                   {"peak_bytes", m.peak_bytes},
                   {"phase_seconds", m.phase_seconds},
                   {"closed_forms", closed_forms_json(m)}};
-  write_file_atomically(path, j.dump(2) + '\n');
+  write_file_atomically(path, json_text(j));
 }
 
 Manifest read_manifest(const std::string& path) {

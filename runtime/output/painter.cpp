@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/exception_carrier.h"
 #include "runtime/output/optics.h"
 #include "runtime/output/palette.h"
 #include "runtime/output/tank_edges.h"
@@ -92,19 +93,23 @@ Painter::Painter(const Stage& stage)
 
 Image Painter::paint(const Camera& camera, int width, int height, int samples) const {
   Image image(width, height);
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic, 4)
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      Vec3f sum = Vec3f::Zero();
-      for (int s = 0; s < samples * samples; ++s) {
-        Dice dice(x, y, s);
-        const double sub_x = (s % samples + 0.5) / samples, sub_y = (s / samples + 0.5) / samples;
-        sum += air_light(camera.ray(x + sub_x, y + sub_y), 0, dice);
+    carrier.run([&] {
+      for (int x = 0; x < width; ++x) {
+        Vec3f sum = Vec3f::Zero();
+        for (int s = 0; s < samples * samples; ++s) {
+          Dice dice(x, y, s);
+          const double sub_x = (s % samples + 0.5) / samples, sub_y = (s / samples + 0.5) / samples;
+          sum += air_light(camera.ray(x + sub_x, y + sub_y), 0, dice);
+        }
+        sum /= static_cast<float>(samples * samples);
+        for (int c = 0; c < 3; ++c)
+          image.rgb[3 * (static_cast<std::size_t>(y) * width + x) + c] = encoded(sum[c]);
       }
-      sum /= static_cast<float>(samples * samples);
-      for (int c = 0; c < 3; ++c)
-        image.rgb[3 * (static_cast<std::size_t>(y) * width + x) + c] = encoded(sum[c]);
-    }
+    });
+  carrier.rethrow();
   return image;
 }
 

@@ -30,8 +30,12 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::string make_folders(const std::string& directory) {
+// The manifest comes first, so that the folder is seen to hold a run whenever this one ends.
+std::string make_folders(const std::string& directory, const Manifest* first) {
   std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) throw MachineError(directory + ": cannot be made: " + error.message());
+  if (first) write_manifest(directory + "/manifest.json", *first);
   fs::create_directories(fs::path(directory) / "frames", error);
   if (error) throw MachineError(directory + ": cannot be made: " + error.message());
   fs::remove(fs::path(directory) / "done.stamp", error);
@@ -66,12 +70,12 @@ const std::vector<std::string>& frame_kinds() {
 
 struct RunWriter::Impl {
   RunSetup setup;
+  Manifest manifest;
   std::string folder;  // with the final '/'
   Progress progress;
   StatsTable stats;
   BodiesTable bodies;
   PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd, spray_pvd;
-  Manifest manifest;
 
   // Since the last frame line, and since the start.
   Clock::time_point run_start = Clock::now(), frame_start = Clock::now();
@@ -88,7 +92,8 @@ struct RunWriter::Impl {
 
   Impl(RunSetup s, const Simulation& simulation)
       : setup(std::move(s)),
-        folder(make_folders(setup.directory)),
+        manifest(describe_run(setup, simulation)),
+        folder(make_folders(setup.directory, goes_on() ? nullptr : &manifest)),
         progress(folder + "run.log", setup.quiet, goes_on()),
         stats(folder + "stats.csv", goes_on()),
         bodies(folder + "bodies.csv", simulation.all_bodies(), goes_on()),
@@ -97,7 +102,6 @@ struct RunWriter::Impl {
         particles_pvd(folder + "frames/particles.pvd"),
         markers_pvd(folder + "frames/markers.pvd"),
         spray_pvd(folder + "frames/spray.pvd"),
-        manifest(describe_run(setup, simulation)),
         start_time(simulation.time()) {
     if (setup.resumed) resume();
     write_file_atomically(folder + "scene.toml", setup.scene_text);

@@ -11,17 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Escapes what make would split or expand.
-std::string make_word(const std::string& path) {
-  std::string out;
-  for (const char c : path) {
-    if (c == ' ' || c == '#' || c == ':') out += '\\';
-    if (c == '$') out += '$';
-    out += c;
-  }
-  return out;
-}
-
 // Calls visit(name, place) for every use of an archetype.
 template <class Visit>
 void for_each_use(const SceneSpec& scene, const Visit& visit) {
@@ -110,15 +99,6 @@ std::vector<std::string> scene_dependencies(const SceneSpec& scene,
     if (std::find(unique.begin(), unique.end(), file) == unique.end()) unique.push_back(file);
   }
   return unique;
-}
-
-std::string make_fragment(const std::string& target, const std::vector<std::string>& files) {
-  std::string text = make_word(target) + ":", phony;
-  for (const std::string& file : files) {
-    text += " \\\n  " + make_word(file);
-    phony += "\n" + make_word(file) + ":\n";
-  }
-  return text + "\n" + phony;
 }
 
 }  // namespace archetide

@@ -42,8 +42,4 @@ std::vector<std::string> archetype_names(const SceneSpec& scene);
 std::vector<std::string> scene_dependencies(const SceneSpec& scene,
                                             const ArchetypeLibrary& library);
 
-/// `target: files` for make, with a rule without recipe for each file so that a deleted one does
-/// not stop make.
-std::string make_fragment(const std::string& target, const std::vector<std::string>& files);
-
 }  // namespace archetide

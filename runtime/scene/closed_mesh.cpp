@@ -10,6 +10,9 @@
 namespace archetide {
 namespace {
 
+constexpr double kFarthest =
+    1e12;  // of a mesh file, whatever its unit: beyond, squares lose all places
+
 std::string place(const Vec3& x) {
   return "(" + std::to_string(x[0]) + ", " + std::to_string(x[1]) + ", " + std::to_string(x[2]) +
          ")";
@@ -30,11 +33,14 @@ void demand_closed(const std::string& path, const TriMesh& mesh) {
 }  // namespace
 
 TriMesh read_closed_mesh(const std::string& path) {
-  TriMesh mesh = weld(read_surface(path).mesh).mesh;
-  for (const Vec3& x : mesh.vertices) {
-    if (!x.allFinite())
-      throw InputError({{{path, 0, 0}, "a coordinate is not a number", "export the mesh again"}});
+  const SurfaceFile file = read_surface(path);
+  for (const Vec3& x : file.mesh.vertices) {
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kFarthest)
+      throw InputError({{{path, 0, 0},
+                         "a coordinate is not a number, or beyond all measure: " + place(x),
+                         "export the mesh again"}});
   }
+  TriMesh mesh = weld(file.mesh).mesh;
   demand_closed(path, mesh);
   if (enclosed_volume(mesh) < 0.0) {
     for (Vec3i& t : mesh.triangles) std::swap(t[1], t[2]);

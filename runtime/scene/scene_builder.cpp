@@ -8,6 +8,7 @@
 #include "runtime/coupling/resolution.h"
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_skins.h"
+#include "runtime/scene/check_placement.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/place_markers.h"
@@ -17,9 +18,17 @@
 namespace archetide {
 namespace {
 
+constexpr double kFarthest = 1e9;  // m, that anything may be away
+constexpr double kDensest = 1e9;   // kg/m^3
+
 TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   TriMesh mesh = read_closed_mesh(spec.mesh);
-  for (Vec3& x : mesh.vertices) x = spec.position + spec.rotation * (spec.scale * x);
+  for (Vec3& x : mesh.vertices) {
+    x = spec.position + spec.rotation * (spec.scale * x);
+    if (!(x.norm() < kFarthest))
+      throw InputError({{spec.where, "the obstacle reaches farther than a million kilometres",
+                         "check its scale and position"}});
+  }
   const double thin = o.has_water ? thin_part(o.grid, mesh.vertices, mesh.triangles) : 0.0;
   if (thin > kTooThin)
     throw InputError(
@@ -206,6 +215,9 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
           "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
               "\": its modes are those of a held body, and bodies " + "in a scene move freely",
           "remove clamped from its body file and build it again"}});
+  if (!(spec.density.value_or(0.0) <= kDensest))
+    throw InputError({{spec.where, "a density beyond that of any matter",
+                       "density is in kg/m^3: 1000 is that of water"}});
   demand_no_rigid_motion(spec, *archetype);
   demand_every_motion(spec, *archetype);
   const int stored = archetype->r();
@@ -259,6 +271,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   if (bad.empty())
     for (std::size_t n = 0; n < scene.joints.size(); ++n)
       collect([&] { add_joint(scene.joints[n], n + 1, built); });
+  if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });

@@ -264,6 +264,16 @@ TEST(ArchetypeFile, SaysWhatIsWrongWithAForeignFile) {
   std::filesystem::remove(path);
 }
 
+TEST(ArchetypeFile, TheWholeOfOneWithoutTetsIsRefused) {
+  const std::string path = scratch("hollow.h5");
+  Archetype a = sample(1);
+  a.tets.tets.clear();
+  write_archetype(path, a);
+  EXPECT_NE(reading_error(path).find("tets: empty"), std::string::npos) << reading_error(path);
+  EXPECT_EQ(reading_error(path, Part::kRuntime), "");
+  std::filesystem::remove(path);
+}
+
 TEST(ArchetypeFile, AFailedWriteKeepsTheOldFile) {
   const std::string path = scratch("kept.h5");
   write_archetype(path, sample(1));
@@ -304,6 +314,22 @@ TEST(ArchetypeValidation, NamesTheFieldThatIsWrong) {
       std::string::npos);
   EXPECT_NE(complaint([](Archetype& a) { a.sdf.values.pop_back(); }).find("sdf_values"),
             std::string::npos);
+  const auto names = [&](const char* field, auto&& spoil) {
+    EXPECT_NE(complaint(spoil).find(field), std::string::npos) << field;
+  };
+  names("sdf_spacing", [](Archetype& a) { a.sdf.spacing = 0.0; });
+  names("sdf_spacing", [](Archetype& a) { a.sdf.spacing = std::nan(""); });
+  names("sdf_origin", [](Archetype& a) { a.sdf.origin[1] = std::nan(""); });
+  names("sdf_nodes", [](Archetype& a) { a.sdf.nodes = Vec3i(1, 1, 24); });
+  names("sdf_values", [](Archetype& a) {  // the product wraps around to nothing
+    a.sdf.nodes = Vec3i(1 << 30, 1 << 30, 1 << 30), a.sdf.values.clear();
+  });
+  names("surface_triangles", [](Archetype& a) { a.surface.triangles.clear(); });
+  names("mass", [](Archetype& a) { a.integrals.mass *= 1e200; });
+  names("Sxx", [](Archetype& a) { a.integrals.Sxx *= 1e200; });
+  names("Sxx", [](Archetype& a) { a.integrals.Sxx.setZero(); });
+  names("K_r", [](Archetype& a) { a.K_r.setZero(); });
+  names("M_r", [](Archetype& a) { a.M_r.setZero(); });
   EXPECT_NE(complaint([](Archetype& a) { a.poisson = 0.5; }).find("poisson"), std::string::npos);
   EXPECT_NE(complaint([](Archetype& a) { a.tets.tets[0][3] = -1; }).find("tets"),
             std::string::npos);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/check.h"
+#include "common/param_tree.h"
 
 namespace archetide {
 namespace {
@@ -262,6 +263,13 @@ TEST(Overrides, AreValidatedLikeTheFile) {
   expect_contains(complaints(text, {"schema.x=1"}), "no table");
 }
 
+TEST(Overrides, WordsThatAreNoUtf8AreRefused) {
+  EXPECT_EQ(complaints(file_with(""), {"name=T\xC3\xBC\xE2\x82\xAC\xF0\x9F\x90\x9F"}), "");
+  for (const std::string bad :
+       {"\xff", "\xC3", "\xC0\x80", "\x80", "\xE2\x82x", "\xF5\x80\x80\x80"})
+    expect_contains(complaints(file_with(""), {"name=" + bad}), "not UTF-8");
+}
+
 TEST(Overrides, TextOfWhatRanReadsBackToTheSame) {
   const std::string text = file_with(
       "name = \"a \\\" \\n \\\\ b\"\nframes = [\"bodies.vtp\"]",
@@ -293,6 +301,21 @@ TEST(Parser, ForeignCharactersAreFineInStringsAndComments) {
   const std::string odd = "name = \"T\xC3\xBC\\\" r\" # \xC3\xA4 'quote\n";
   EXPECT_EQ(parse(file_with(odd)).root().string("name"), "T\xC3\xBC\" r");
   EXPECT_EQ(complaints(file_with("name = '''\n\xC3\xA4''' # \"\xC3\xA4\n")), "");
+}
+
+TEST(Parser, TextThatTheParserHoldsImpossibleIsASyntaxError) {
+  expect_contains(complaints("[."), "f.toml:1:2: error: this is no TOML");
+  expect_contains(complaints("a=[}"), "f.toml:1:4: error: this is no TOML");
+  expect_contains(complaints("schema = 1\nname = \"\xC3\xA4\"\na = [}\n"), "f.toml:3:6: error:");
+  EXPECT_EQ(parse(file_with(""), {"name=[}"}).root().string("name"), "[}");
+}
+
+TEST(Parser, EmptyFileLacksItsKeys) {
+  const std::string path = testing::TempDir() + "archetide_empty.toml";
+  std::ofstream(path).flush();
+  EXPECT_EQ(read_param_file(path), "");
+  EXPECT_THROW(Document::read(path, sample_schema()), InputError);
+  std::remove(path.c_str());
 }
 
 TEST(Parser, UnreadableFileIsAFileError) {

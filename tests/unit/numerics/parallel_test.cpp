@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <new>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 
 namespace archetide {
 namespace {
@@ -32,6 +35,35 @@ TEST(SlabLimits, ShareTheWork) {
           << c.planes << " planes, slab " << s;
     }
   }
+}
+
+// What one piece of the work throws reaches the caller, whichever thread met it; the program goes
+// on.
+TEST(ForEach, ExceptionsReachTheCaller) {
+  omp_set_num_threads(4);
+  const auto fails_at = [](int bad) {
+    return [bad](auto i) {
+      if (static_cast<int>(i) == bad) throw std::length_error("piece " + std::to_string(bad));
+    };
+  };
+  for (const int bad : {0, 17, 99}) {
+    EXPECT_THROW(for_each_index(100, true, fails_at(bad)), std::length_error) << bad;
+    EXPECT_THROW(for_each_index(100, false, fails_at(bad)), std::length_error) << bad;
+    EXPECT_THROW(for_each_large(100, fails_at(bad)), std::length_error) << bad;
+  }
+  EXPECT_NO_THROW(for_each_index(100, true, fails_at(100)));
+}
+
+TEST(ForEach, TheFirstOfManyExceptionsReachesTheCallerWhole) {
+  omp_set_num_threads(4);
+  try {
+    for_each_index(1000, true, [](int) { throw std::bad_alloc(); });
+    FAIL();
+  } catch (const std::bad_alloc&) {
+  }
+  int done = 0;  // and the next loop is none the worse
+  for_each_index(10, false, [&](int) { ++done; });
+  EXPECT_EQ(done, 10);
 }
 
 }  // namespace

@@ -236,14 +236,14 @@ TEST(Build, RefusesBadMeshFilesWithTheirNames) {
 }
 
 TEST(Build, DepfileNamesBodyAndMesh) {
-  const ScratchFolder folder;
   Recipe recipe;
   recipe.path = "bodies/my duck.body.toml";
   recipe.mesh_path = "meshes/duck.obj";
-  write_depfile(folder.file("d"), "out/duck.h5", recipe);
-  EXPECT_EQ(read_whole_file(folder.file("d")),
-            "out/duck.h5: bodies/my\\ duck.body.toml meshes/duck.obj\n"
-            "bodies/my\\ duck.body.toml:\nmeshes/duck.obj:\n");
+  EXPECT_EQ(depfile_text("out/duck.h5", recipe),
+            "out/duck.h5: \\\n  bodies/my\\ duck.body.toml \\\n  meshes/duck.obj\n"
+            "\nbodies/my\\ duck.body.toml:\n\nmeshes/duck.obj:\n");
+  recipe.mesh_path = "x=1\nall:\ttouch here;true\n";
+  EXPECT_THROW(depfile_text("out/duck.h5", recipe), InputError);
 }
 
 TEST(Inspect, JsonHasThePromisedKeys) {

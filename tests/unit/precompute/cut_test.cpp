@@ -203,8 +203,7 @@ TEST(SkinBuild, NeedsOnlyTheBodyFilesOfItsParts) {
                                     "points = [[-1, 0, 0], [-1, 0.2, 0]]\n"));
   ASSERT_EQ(recipe.skin->joints.size(), 1u);
   EXPECT_EQ(recipe.skin->joints[0].b, 1);
-  write_depfile(bar.folder.file("d"), "skin.h5", recipe);
-  const std::string rule = read_whole_file(bar.folder.file("d"));
+  const std::string rule = depfile_text("skin.h5", recipe);
   for (const char* file : {"skin.body.toml", "bar.off", "left.body.toml", "right.body.toml"})
     EXPECT_NE(rule.find(bar.folder.file(file)), std::string::npos) << file;
 }

@@ -264,23 +264,6 @@ struct Variable {
   ~Variable() { ::unsetenv("ARCHETIDE_MEMORY_LIMIT"); }
 };
 
-TEST(Memory, TheLimitOfTheEnvironmentCounts) {
-  const double free = available_memory();
-  EXPECT_GT(free, 1e6);
-  {
-    const Variable limit("1K");  // less than is used
-    EXPECT_EQ(available_memory(), 0.0);
-    EXPECT_THROW(demand_memory(1.0, "a test", "hint"), MachineError);
-  }
-  {
-    const Variable limit("100000G");
-    EXPECT_NEAR(available_memory(), free, 0.5 * free);
-    EXPECT_NO_THROW(demand_memory(1.0, "a test", "hint"));
-  }
-  const Variable wrong("much");
-  EXPECT_THROW(available_memory(), InputError);
-}
-
 TEST(Memory, ABodyThatDoesNotFitIsRefusedBeforeMeshing) {
   const ScratchFolder folder;
   write_ply(folder.file("ball.ply"), shapes::sphere(1.0, 2));

@@ -116,8 +116,7 @@ TEST(TetIo, RefusesVtuThatItCannotRead) {
   }
 }
 
-TEST(TetIo, ReadsMedit) {
-  const ScratchFolder folder;
+std::string as_medit() {
   std::ostringstream text;
   text << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << box().nodes.size() << "\n";
   for (const Vec3& x : box().nodes) text << x.transpose() << " 0\n";
@@ -127,7 +126,12 @@ TEST(TetIo, ReadsMedit) {
     text << "1\n";
   }
   text << "End\n";
-  const TetMesh mesh = read_tets(folder.write("box.mesh", text.str()), 1.0);
+  return text.str();
+}
+
+TEST(TetIo, ReadsMedit) {
+  const ScratchFolder folder;
+  const TetMesh mesh = read_tets(folder.write("box.mesh", as_medit()), 1.0);
   EXPECT_EQ(mesh.nodes.size(), 27u);
   EXPECT_EQ(mesh.tets.size(), 48u);
   double volume = 0.0;
@@ -135,14 +139,15 @@ TEST(TetIo, ReadsMedit) {
   EXPECT_NEAR(volume, 1.0, 1e-14);
 }
 
+constexpr char kTwoTets[] =
+    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 5 \"heavy\"\n"
+    "$EndPhysicalNames\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n"
+    "$Elements\n2\n1 4 2 5 1 1 2 3 4\n2 4 2 6 2 2 3 4 5\n$EndElements\n";
+
 TEST(TetIo, PhysicalGroupsOfAMshFileAreMaterialRegions) {
   const ScratchFolder folder;
   // Two tets, one in each group; the second group has a number only.
-  const std::string path = folder.write(
-      "two.msh",
-      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 5 \"heavy\"\n"
-      "$EndPhysicalNames\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n"
-      "$Elements\n2\n1 4 2 5 1 1 2 3 4\n2 4 2 6 2 2 3 4 5\n$EndElements\n");
+  const std::string path = folder.write("two.msh", kTwoTets);
   TetGroups groups;
   const TetMesh mesh = read_tets(path, 1.0, &groups);
   ASSERT_EQ(mesh.tets.size(), 2u);
@@ -160,6 +165,45 @@ TEST(TetIo, PhysicalGroupsOfAMshFileAreMaterialRegions) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("its groups are: 6, heavy"), std::string::npos);
   }
+}
+
+/// A script that leaves a file, `mark`, when gmsh runs it.
+std::string script(const std::string& mark) { return "SystemCall \"touch " + mark + "\";\n"; }
+
+TEST(TetIo, MeshFilesThatAreScriptsAreNotRun) {
+  const ScratchFolder folder;
+  const std::string mark = folder.file("ran");
+  const std::string scripts[] = {script(mark), "// $MeshFormat\n" + script(mark),
+                                 "\n$MeshFormat\n" + script(mark),
+                                 "For i In {0:1:0}\n" + script(mark) + "EndFor\n"};
+  for (const std::string& text : scripts) {
+    for (const char* name : {"a.msh", "a.MSH", "a.Msh"})
+      EXPECT_NE(refusal(folder.write(name, text)).find("does not begin with $MeshFormat"),
+                std::string::npos)
+          << name << ": " << text;
+    for (const char* name : {"a.mesh", "a.Mesh"})
+      EXPECT_NE(refusal(folder.write(name, text)), "") << name << ": " << text;
+  }
+  EXPECT_FALSE(std::filesystem::exists(mark));
+}
+
+TEST(TetIo, NothingBesideAMeshFileIsRead) {
+  const ScratchFolder folder;
+  const std::string mark = folder.file("ran");
+  const std::string msh = folder.write("two.msh", kTwoTets),
+                    medit = folder.write("box.mesh", as_medit());
+  for (const std::string& path : {std::string("two.msh"), std::string("box.mesh")})
+    folder.write(path + ".opt", script(mark));
+  EXPECT_EQ(read_tets(msh, 1.0).tets.size(), 2u);
+  EXPECT_EQ(read_tets(medit, 1.0).tets.size(), 48u);
+  EXPECT_FALSE(std::filesystem::exists(mark));
+}
+
+TEST(TetIo, RefusalsNameTheFileOfTheUser) {
+  const ScratchFolder folder;
+  const std::string text = refusal(folder.write("torn.msh", "$MeshFormat\n9.9 0 8\n"));
+  EXPECT_EQ(text.find(folder.file("torn.msh")), 0u) << text;
+  EXPECT_EQ(text.find("input.msh"), std::string::npos) << text;
 }
 
 }  // namespace

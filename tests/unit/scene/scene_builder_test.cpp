@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/make_word.h"
+#include "common/mesh_sdf.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scatter.h"
@@ -345,6 +347,51 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"odd.obj\"\n"); }),
                   "odd.obj:2:");
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
+}
+
+TEST_F(BuildScene, DensitiesOfNoMatterAreRefused) {
+  const std::string body = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndensity = ";
+  expect_contains(message_of<InputError>([&] { build(body + "1e150\n"); }), "s.scene.toml:4");
+  EXPECT_EQ(build(body + "2e4\n").bodies.size(), 1u);
+}
+
+TEST_F(BuildScene, ObstaclesNowhereAreRefused) {
+  const std::string rest = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  for (const std::string corner : {"nan 0 0", "0 inf 0", "0 0 1e308"}) {
+    folder_.write("t.obj", "v " + corner + "\n" + rest);
+    EXPECT_NE(message_of<InputError>([&] { build("[[static]]\nmesh = \"t.obj\"\n"); }), "")
+        << corner;
+  }
+  folder_.write("t.obj", "v 0 0 0\n" + rest);
+  expect_contains(message_of<InputError>(
+                      [&] { build("[[static]]\nmesh = \"t.obj\"\nposition = [0, 1e300, 0]\n"); }),
+                  "s.scene.toml:");
+}
+
+TEST_F(BuildScene, BodiesBeyondTheTankOrInOneAnotherAreRefusedByName) {
+  Archetype solid = tetrahedron_archetype("solid");
+  solid.sdf = sample_distance(solid.surface, SdfOptions());
+  write_archetype(folder_ / "solid.h5", solid);
+  const std::string tank =
+      "[fluid]\ngrid = [40, 40, 40]\ncell = 0.1\nwater = { level = 1 }\nwalls = { zmax = \"open\" "
+      "}\n";
+  const auto body = [](const std::string& name, const std::string& place) {
+    return "[[body]]\nname = \"" + name + "\"\narchetype = \"solid\"\nposition = [" + place + "]\n";
+  };
+  const auto refusal = [&](const std::string& text) {
+    return message_of<InputError>([&] { build(text); });
+  };
+  EXPECT_EQ(refusal(tank + body("a", "2, 2, 2") + body("b", "2, 2, 20")), "");  // above an open top
+  EXPECT_EQ(refusal(tank + body("a", "2, 2, 0.2")), "");  // half a cell is contact's
+  expect_contains(refusal(tank + body("a", "2, 2, 2") + body("b", "9, 2, 2")),
+                  "body 2 (b) reaches 5.75");
+  expect_contains(refusal(tank + body("a", "2, 2, 0.1")),
+                  "beyond the closed side zmin of the tank");
+  expect_contains(refusal(tank + body("a", "2, 1e12, 2")), "closed side ymax");
+  const std::string twice = body("a", "2, 2, 2") + body("b", "2.1, 2, 2");
+  expect_contains(refusal(tank + twice), "m deep inside body 1 (a)");
+  expect_contains(refusal(twice), "m deep inside body 1 (a)");  // without a tank too
+  EXPECT_EQ(refusal(twice + "[[joint]]\nbodies = [\"a\", \"b\"]\npoints = [[0, 0, 0]]\n"), "");
 }
 
 // A wall whose two sides lie in one cell is no wall for the water.

@@ -1,0 +1,117 @@
+#include "runtime/scene/check_placement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace archetide {
+namespace {
+
+using Pair = std::pair<int, int>;
+
+class Placement {
+ public:
+  Placement(const SceneSpec& scene, const BuiltScene& built) : scene_(scene), built_(built) {
+    for (const Joint& joint : built.joints) tie(joint.a, joint.b);
+    for (const SkinnedBodies& skin : built.skins)
+      for (const int a : skin.bodies)
+        for (const int b : skin.bodies) tie(a, b);
+  }
+
+  std::vector<Diagnostic> complaints() const {
+    std::vector<Diagnostic> bad;
+    const int count = static_cast<int>(built_.bodies.size());
+    for (int b = 0; b < count; ++b) {
+      if (scene_.fluid) add_wall(b, bad);
+      for (int a = 0; a < b; ++a) add_overlap(a, b, bad);
+    }
+    return bad;
+  }
+
+ private:
+  void tie(int a, int b) { tied_.insert(std::minmax(a, b)); }
+
+  const ReducedBody& body(int b) const { return built_.bodies[static_cast<std::size_t>(b)]; }
+
+  std::string name(int b) const {
+    return "body " + std::to_string(b + 1) + " (" + built_.body_names[static_cast<std::size_t>(b)] +
+           ")";
+  }
+
+  SourceLocation where(int b) const {
+    const auto n = static_cast<std::size_t>(b);
+    return n < scene_.bodies.size() ? scene_.bodies[n].where : SourceLocation{scene_.file, 0, 0};
+  }
+
+  /// Beyond a closed side by more than a cell.
+  void add_wall(int b, std::vector<Diagnostic>& bad) const {
+    const Grid& g = built_.options.grid;
+    Vec3 low = Vec3::Constant(INFINITY), high = -low;
+    for (const Vec3& x : body(b).archetype->surface.vertices) {
+      const Vec3 at = body(b).position + body(b).rotation * x;
+      low = low.cwiseMin(at), high = high.cwiseMax(at);
+    }
+    const char* const sides[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+    for (int side = 0; side < 6; ++side) {
+      const int axis = side / 2;
+      const double beyond = side % 2 ? high[axis] - g.high()[axis] : g.low()[axis] - low[axis];
+      if (built_.options.open_side[side] || beyond <= g.dx) continue;
+      bad.push_back({where(b),
+                     name(b) + " reaches " + std::to_string(beyond) + " m beyond the closed side " +
+                         sides[side] + " of the tank",
+                     "move it into the tank, or open that side (fluid.walls)"});
+      return;
+    }
+  }
+
+  /// The deepest of the centre of `a`, its corners and the middles of its faces inside `b`, m; 0
+  /// when none is.
+  double depth(int a, int b) const {
+    const GridSdf& sdf = body(b).archetype->sdf;
+    if (sdf.values.empty()) return 0.0;
+    const Quat turn = body(b).rotation.conjugate();
+    const auto distance = [&](const Vec3& x) {
+      const Vec3 at = body(a).position + body(a).rotation * x;
+      return sdf.value(turn * (at - body(b).position));
+    };
+    const TriMesh& surface = body(a).archetype->surface;
+    // The centre of a ring is not in the ring.
+    const double own = body(a).archetype->sdf.value(Vec3::Zero());
+    double least = std::min(0.0, std::max(own, distance(Vec3::Zero())));
+    for (const Vec3& x : surface.vertices) least = std::min(least, distance(x));
+    for (const Vec3i& t : surface.triangles) {
+      const auto& v = surface.vertices;
+      least = std::min(least, distance((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0));
+    }
+    return -least;
+  }
+
+  void add_overlap(int a, int b, std::vector<Diagnostic>& bad) const {
+    const auto release = [&](int n) { return built_.release[static_cast<std::size_t>(n)]; };
+    if (release(a) > 0.0 || release(b) > 0.0 || tied_.count(std::minmax(a, b))) return;
+    const double reach_a = bounding_radius(*body(a).archetype),
+                 reach_b = bounding_radius(*body(b).archetype);
+    if (!((body(a).position - body(b).position).norm() < reach_a + reach_b)) return;
+    constexpr double kOfReach = 0.1;  // where there are no cells, or very large ones
+    const double cell = scene_.fluid ? built_.options.grid.dx : INFINITY;
+    const double most = std::min(cell, kOfReach * std::min(reach_a, reach_b));
+    const double found = std::max(depth(a, b), depth(b, a));
+    if (found <= most) return;
+    bad.push_back({where(b),
+                   name(b) + " begins " + std::to_string(found) + " m deep inside " + name(a),
+                   "move them apart, or join them ([[joint]])"});
+  }
+
+  const SceneSpec& scene_;
+  const BuiltScene& built_;
+  std::set<Pair> tied_;
+};
+
+}  // namespace
+
+std::vector<Diagnostic> misplaced_bodies(const SceneSpec& scene, const BuiltScene& built) {
+  return Placement(scene, built).complaints();
+}
+
+}  // namespace archetide
