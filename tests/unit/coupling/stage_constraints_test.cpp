@@ -1,4 +1,4 @@
-#include "runtime/coupling/stage_rows.h"
+#include "runtime/coupling/stage_constraints.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 // Two points a tenth of a millimetre apart that the contact solver, stopped before it had settled,
 // lets press at speeds which only a spin of 1500 rad/s could have together.
-TEST(StageRows, ContactsAreHeldAtSpeedsThatTheyCanHaveAtOnce) {
+TEST(StageConstraints, ContactsAreHeldAtSpeedsThatTheyCanHaveAtOnce) {
   ReducedBody body =
       make_body(rigid_surface_archetype(box_surface(Vec3::Constant(0.2), 0), 1000.0), 0);
   const ConfigurationTerms terms =
@@ -40,7 +40,8 @@ TEST(StageRows, ContactsAreHeldAtSpeedsThatTheyCanHaveAtOnce) {
     contacts.contacts.push_back(c);
     contacts.start.push_back({0, -1, k, Vec3(0, 0, 0.4 * terms.mass / h)});
   }
-  StageRows rows(CouplingOptions(), h, {}, bodies, contacts, coupled, {result}, {coupled[0].inverse_mass});
+  StageConstraints rows(CouplingOptions(), h, {}, bodies, contacts, coupled, {result},
+                        {coupled[0].inverse_mass});
   const std::vector<VecX> y = {generalised_velocity(body, terms)};
   rows.start_from_last_step(contacts, h);
   rows.resolve(y);

@@ -1,4 +1,4 @@
-#include "runtime/coupling/stage_rows.h"
+#include "runtime/coupling/stage_constraints.h"
 
 #include <algorithm>
 
@@ -35,10 +35,13 @@ void add(std::vector<VecX>& sum, std::size_t b, const VecX& f) {
 
 }  // namespace
 
-StageRows::StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
-                     const std::vector<StageBody>& bodies, const GroupContacts& contacts,
-                     const std::vector<CoupledBody>& coupled,
-                     const std::vector<StageResult>& results, std::vector<MatX> wet_inverse)
+StageConstraints::StageConstraints(const CouplingOptions& options, double dt,
+                                   const std::vector<Joint>& joints,
+                                   const std::vector<StageBody>& bodies,
+                                   const GroupContacts& contacts,
+                                   const std::vector<CoupledBody>& coupled,
+                                   const std::vector<StageResult>& results,
+                                   std::vector<MatX> wet_inverse)
     : terms_(present_terms(bodies, options.modal.mass)),
       wet_inverse_(std::move(wet_inverse)),
       system_(contacts.contacts, contact_bodies(bodies, terms_, contacts, results, wet_inverse_)),
@@ -74,12 +77,12 @@ StageRows::StageRows(const CouplingOptions& options, double dt, const std::vecto
   lambda_.assign(system_.size(), Vec3::Zero());
 }
 
-void StageRows::start_from_last_step(const GroupContacts& contacts, double h) {
+void StageConstraints::start_from_last_step(const GroupContacts& contacts, double h) {
   if (!contacts.shapes.empty())
     lambda_ = contact_impulses(contacts.contacts, system_, contacts.start, h);
 }
 
-std::vector<VecX> StageRows::expected_free(std::vector<VecX> y) const {
+std::vector<VecX> StageConstraints::expected_free(std::vector<VecX> y) const {
   std::vector<VecX> f(y.size());
   for (std::size_t b = 0; b < y.size(); ++b) f[b] = VecX::Zero(y[b].size());
   for (std::size_t k = 0; k < system_.size(); ++k) system_.add_impulse(k, lambda_[k], f);
@@ -87,8 +90,8 @@ std::vector<VecX> StageRows::expected_free(std::vector<VecX> y) const {
   return y;
 }
 
-std::vector<VecX> StageRows::free_of_rows(const std::vector<CoupledBody>& coupled,
-                                          const std::vector<StageResult>& results) const {
+std::vector<VecX> StageConstraints::free_of_rows(const std::vector<CoupledBody>& coupled,
+                                                 const std::vector<StageResult>& results) const {
   std::vector<VecX> y;
   for (std::size_t b = 0; b < coupled.size(); ++b) {
     y.push_back(coupled[b].y);
@@ -97,7 +100,7 @@ std::vector<VecX> StageRows::free_of_rows(const std::vector<CoupledBody>& couple
   return y;
 }
 
-void StageRows::resolve(const std::vector<VecX>& y_free) {
+void StageConstraints::resolve(const std::vector<VecX>& y_free) {
   resolved_ = y_free;
   if (system_.size() > 0) sweeps_ += system_.solve(target_, solve_, lambda_, resolved_).sweeps;
 }
@@ -106,7 +109,7 @@ void StageRows::resolve(const std::vector<VecX>& y_free) {
 // that is the target and no slip, and these are taken to the last digit. Held at their targets,
 // rows that nearly say the same and on which the solver had not settled asked for any speed: a pile
 // of 150 starfish at rest burst with 87 J from nothing.
-Vec3 StageRows::held_speed(std::size_t k) const {
+Vec3 StageConstraints::held_speed(std::size_t k) const {
   const Vec3 wanted(target_[static_cast<long>(k)], 0.0, 0.0),
       found = system_.velocity(k, resolved_);
   // The solver stops when a sweep changes less than `still`; what is left may be some of these.
@@ -118,7 +121,7 @@ Vec3 StageRows::held_speed(std::size_t k) const {
   return speed;
 }
 
-void StageRows::hold() {
+void StageConstraints::hold() {
   constexpr double kSticks = 1.0 - 1e-9;  // of Coulomb's bound
   for (VecX& f : given_) f.resize(0);
   std::vector<RowBlock> rows = joint_rows_;
@@ -142,14 +145,15 @@ void StageRows::hold() {
   held_.setup(inverse_mass_, std::move(rows));
 }
 
-std::vector<VecX> StageRows::with_given(const std::vector<VecX>& y) const {
+std::vector<VecX> StageConstraints::with_given(const std::vector<VecX>& y) const {
   std::vector<VecX> out = y;
   for (std::size_t b = 0; b < out.size(); ++b)
     if (given_[b].size() > 0) out[b] += *inverse_mass_[b] * given_[b];
   return out;
 }
 
-void StageRows::start(const std::vector<VecX>& y_star, std::vector<CoupledBody>& coupled) const {
+void StageConstraints::start(const std::vector<VecX>& y_star,
+                             std::vector<CoupledBody>& coupled) const {
   std::vector<VecX> y = with_given(y_star);
   const std::vector<VecX> f = held_.impulses(held_.multipliers(y));
   for (std::size_t b = 0; b < y.size(); ++b) {
@@ -158,8 +162,8 @@ void StageRows::start(const std::vector<VecX>& y_star, std::vector<CoupledBody>&
   }
 }
 
-void StageRows::settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
-                       std::vector<StageResult>& results) const {
+void StageConstraints::settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
+                              std::vector<StageResult>& results) const {
   const std::vector<VecX> y = with_given(y_free);
   std::vector<VecX> lambda = held_.multipliers(y);
   std::vector<VecX> reaction = held_.impulses(lambda);
@@ -174,7 +178,7 @@ void StageRows::settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>
   for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = of_joints[b];
 }
 
-bool StageRows::agrees(const std::vector<CoupledBody>& coupled, double speed) const {
+bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, double speed) const {
   std::vector<VecX> y(coupled.size());
   for (std::size_t b = 0; b < coupled.size(); ++b) y[b] = coupled[b].y;
   for (std::size_t k = 0; k < system_.size(); ++k)

@@ -9,17 +9,17 @@ namespace archetide {
 /// Joints and contacts of one stage. The contact solver tells which contacts press and which of
 /// them stick; those are held as rows of the coupled solve together with the joints. What slides is
 /// given its friction as an impulse.
-class StageRows {
+class StageConstraints {
  public:
   /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
   /// `coupled`: its inverse masses must stay where they are. `wet_inverse`: of every body in water,
   /// how it answers an impulse once the water has: (H + added mass)^-1, roughly; empty: no water.
-  StageRows(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
-            const std::vector<StageBody>& bodies, const GroupContacts& contacts,
-            const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,
-            std::vector<MatX> wet_inverse);
-  StageRows(const StageRows&) = delete;
-  StageRows& operator=(const StageRows&) = delete;
+  StageConstraints(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
+                   const std::vector<StageBody>& bodies, const GroupContacts& contacts,
+                   const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,
+                   std::vector<MatX> wet_inverse);
+  StageConstraints(const StageConstraints&) = delete;
+  StageConstraints& operator=(const StageConstraints&) = delete;
 
   std::size_t contacts() const { return system_.size(); }
   int sweeps() const { return sweeps_; }

@@ -3,7 +3,7 @@
 
 #include "runtime/coupling/coupling.h"
 #include "runtime/coupling/flux_columns.h"
-#include "runtime/coupling/stage_rows.h"
+#include "runtime/coupling/stage_constraints.h"
 
 namespace archetide {
 namespace {
@@ -54,7 +54,8 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   std::vector<VecX> y_free = y_star;
   std::vector<MatX> wet_inverse;
   if (wet()) wet_inverse = wet_inverses(stage, h, coupled, y_free);
-  StageRows rows(options_, dt, joints_, bodies, contacts, coupled, results, std::move(wet_inverse));
+  StageConstraints rows(options_, dt, joints_, bodies, contacts, coupled, results,
+                        std::move(wet_inverse));
   rows.start_from_last_step(contacts, h);
   rows.resolve(wet() ? rows.expected_free(y_free) : y_free);
   contact_seconds_ = seconds_since(start);
