@@ -35,7 +35,7 @@ struct IntakeReport {
 /// (file coordinates) of the first ones.
 TriMesh accept_surface(const SurfaceFile& file, double scale, IntakeReport& report);
 
-/// The same after the repair that was asked for, in time. Filling and union leave a surface alone
+/// The same after the requested repair, in time. Filling and union leave a surface alone
 /// that is acceptable as it is; a wrap always wraps. `cpu_seconds`: what it may use, see in_time();
 /// a surface that takes longer is refused.
 TriMesh accept_surface(const SurfaceFile& file, double scale, const RepairOptions& repair,

@@ -5,7 +5,7 @@
 
 namespace archetide {
 
-/// What the program says while it works: to stderr and, when asked for, to a file.
+/// What the program says while it works: to stderr and, on request, to a file.
 class Log {
  public:
   enum class Level { kQuiet, kNormal, kVerbose };

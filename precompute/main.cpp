@@ -103,7 +103,7 @@ extern "C" void stop(int) {
   ::_exit(kExitStopped);
 }
 
-/// The make fragment that was asked for: made before the work, which a name that make cannot handle
+/// The requested make fragment: made before the work, which a name that make cannot handle
 /// would waste, and written after it.
 class Depfile {
  public:

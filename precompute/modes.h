@@ -70,7 +70,7 @@ struct ModesResult {
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                           const ModesOptions& options, Profile& profile);
 
-/// How many of the ascending eigenvalues `all` to keep when `wanted` are asked for: the end of a
+/// How many of the ascending eigenvalues `all` to keep when `wanted` are requested: the end of a
 /// cluster at or above `wanted`, else one below, else (clusters everywhere) the widest gap in
 /// reach.
 int cut_between_clusters(const VecX& all, int wanted);

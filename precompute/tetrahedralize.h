@@ -24,7 +24,7 @@ struct TetrahedralizeOptions {
 struct TetrahedralizeResult {
   TetMesh mesh;                   // in the coordinates of the input surface
   TetQuality quality;             // passed options.limits
-  double edge = 0.0;              // edge length that the last attempt asked for, m
+  double edge = 0.0;              // edge length of the last attempt, m
   int attempts = 0;               // 1 or 2
   double raw_volume_error = 0.0;  // relative, before the boundary was moved to restore the volume
   CurveReport curved;             // order 2

@@ -77,10 +77,10 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
       y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
     rows.settle(y_free, coupled, results);
     if (!again || round == kRounds) break;
-    const Clock::time_point asked = Clock::now();
+    const Clock::time_point round_start = Clock::now();
     rows.resolve(rows.free_of_rows(coupled, results));
     const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
-    contact_seconds_ += seconds_since(asked);
+    contact_seconds_ += seconds_since(round_start);
     if (settled) break;
   }
   solver_.move_water(options_.grid, system_, h, pressure, u, valid_);

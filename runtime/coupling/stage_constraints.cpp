@@ -107,7 +107,7 @@ void StageConstraints::resolve(const std::vector<VecX>& y_free) {
 
 // What the contact solver has found, which all rows can have at once; where it has come to its end
 // that is the target and no slip, and these are taken to the last digit. Held at their targets,
-// rows that nearly say the same and on which the solver had not settled asked for any speed: a pile
+// rows that are nearly dependent, on which the solver had not settled, required any speed: a pile
 // of 150 starfish at rest burst with 87 J from nothing.
 Vec3 StageConstraints::held_speed(std::size_t k) const {
   const Vec3 wanted(target_[static_cast<long>(k)], 0.0, 0.0),

@@ -191,7 +191,7 @@ void for_each_marked_of_row(const Mask& mask, bool every, const Marks& deep, int
 }
 
 // The same for all rows, block(row_of(j, k), i, j, k, n), in bars of rows whose neighbours above
-// and below are still in the cache when they are asked for.
+// and below are still in the cache when they are read.
 template <class RowOf, class BlockBody, class Body>
 void for_each_marked(const Mask& mask, const RowShares& rows, const Marks& deep,
                      const RowOf& row_of, const BlockBody& block, const Body& body) {
@@ -241,7 +241,7 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
 }
 
 // The same for a block of points; false where the points nearest to the feet are not they
-// themselves. `solved`: every point that is asked for is.
+// themselves. `solved`: every point that is requested is.
 ARCHETIDE_INLINE bool biharmonic_block(const Array3<double>& f, const Mask& valid, bool solved,
                                        const int to[3], const Block c[3], Block& sum) {
   const std::size_t n = f.index(to[0], to[1], to[2]);
