@@ -27,6 +27,7 @@
 #include "runtime/scene/run_loop.h"
 #include "runtime/scene/scene_builder.h"
 #include "runtime/scene/scene_schema.h"
+#include "runtime/water_step.h"
 
 namespace archetide {
 namespace {
