@@ -20,14 +20,19 @@ class Profile {
   std::map<std::string, double> seconds_;
 };
 
-/// Adds the life time of the scope to a phase.
+/// Adds the life time of the scope to a phase, less what is handed over to others.
 class ScopedTimer {
  public:
   ScopedTimer(Profile& profile, std::string phase)
       : profile_(profile), phase_(std::move(phase)), start_(std::chrono::steady_clock::now()) {}
   ~ScopedTimer() {
-    profile_.add(phase_,
-                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+    const std::chrono::duration<double> life = std::chrono::steady_clock::now() - start_;
+    profile_.add(phase_, life.count() - handed_over_);
+  }
+  /// Seconds of this scope that belong to another phase.
+  void hand_over(const std::string& phase, double seconds) {
+    profile_.add(phase, seconds);
+    handed_over_ += seconds;
   }
   ScopedTimer(const ScopedTimer&) = delete;
   ScopedTimer& operator=(const ScopedTimer&) = delete;
@@ -35,6 +40,7 @@ class ScopedTimer {
  private:
   Profile& profile_;
   std::string phase_;
+  double handed_over_ = 0.0;
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/failure.h"
 #include "runtime/fluid/level_set.h"
 
 namespace archetide {
@@ -56,11 +55,39 @@ Vec3 differences(const Array3<double>& f, int i, int j, int k) {
   return d;
 }
 
+// Moment of the water of row (j, k) against gravity, over the mass of a cell, m^2/s^2. Water of cells
+// that the surface or a solid cuts weighs at its own centre: half of what is cut off away from the
+// cell's.
+double weight_moment(const Vec3& gravity, const Grid& g, const Array3<double>& level,
+                     const Array3<double>& solids, int j, int k) {
+  const double *phi = &level(0, j, k), *solid = &solids(0, j, k), dx = g.dx;
+  const int nx = g.nx;
+  double fill = 0.0, moment = 0.0;  // of the row, about its first cell
+  int partly = 0;                   // cells that the surface or a solid cuts
+#pragma omp simd reduction(+ : fill, moment) reduction(| : partly)
+  for (int i = 0; i < nx; ++i) {
+    const double wet = wet_share(phi[i] / dx), open = open_fraction(solid[i]), cell = wet * open;
+    fill += cell, moment += i * cell;
+    partly |= (wet * (1.0 - wet) > 0.0) | (open * (1.0 - open) > 0.0);
+  }
+  double off = 0.0;
+  for (int i = 0; partly && i < g.nx; ++i) {
+    const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]);
+    if (wet * (1.0 - wet) > 0.0)
+      off -= 0.5 * wet * (1.0 - wet) * open * gravity.dot(differences(level, i, j, k)) / g.dx;
+    if (wet * open * (1.0 - open) > 0.0)
+      off -= 0.5 * wet * open * (1.0 - open) *
+             gravity.dot(differences(solids, i, j, k).stableNormalized());
+  }
+  return fill * gravity.dot(g.cell_centre(0, j, k)) + (moment * gravity[0] + off) * g.dx;
+}
+
 }  // namespace
 
 void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
                           const Coupling& coupling, StepReport& r) {
-  r.water_volume = water_volume(g, fluid.phi, &coupling.solids().cell);
+  const Array3<double>& solids = coupling.solids().cell;
+  r.water_volume = water_volume(g, fluid.phi, &solids);
 
   const Motion& motion = coupling.motion_after();
   r.water_momentum = motion.P;
@@ -69,36 +96,11 @@ void add_water_statistics(const SimulationOptions& o, const Grid& g, const Fluid
   for (int a = 0; a < 3; ++a)
     r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
   const double mass = o.water_density * g.dx * g.dx * g.dx;
-  const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> potential(g.nz, 0.0);
 #pragma omp parallel for schedule(static, 1)
   for (int k = 0; k < g.nz; ++k)
-    for (int j = 0; j < g.ny; ++j) {
-      const double *phi = &fluid.phi(0, j, k), *solid = &solids(0, j, k), dx = g.dx;
-      const int nx = g.nx;
-      double fill = 0.0, moment = 0.0;  // of the row, about its first cell
-      int partly = 0;                   // cells that the surface or a solid cuts
-#pragma omp simd reduction(+ : fill, moment) reduction(| : partly)
-      for (int i = 0; i < nx; ++i) {
-        const double wet = wet_share(phi[i] / dx), open = open_fraction(solid[i]),
-                     cell = wet * open;
-        fill += cell, moment += i * cell;
-        partly |= (wet * (1.0 - wet) > 0.0) | (open * (1.0 - open) > 0.0);
-      }
-      // Their water weighs at its own centre: half of what is cut off away from the cell's.
-      double off = 0.0;
-      for (int i = 0; partly && i < g.nx; ++i) {
-        const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]);
-        if (wet * (1.0 - wet) > 0.0)
-          off -= 0.5 * wet * (1.0 - wet) * open * o.gravity.dot(differences(fluid.phi, i, j, k)) /
-                 g.dx;
-        if (wet * open * (1.0 - open) > 0.0)
-          off -= 0.5 * wet * open * (1.0 - open) *
-                 o.gravity.dot(differences(solids, i, j, k).stableNormalized());
-      }
-      potential[k] -= mass * (fill * o.gravity.dot(g.cell_centre(0, j, k)) +
-                              (moment * o.gravity[0] + off) * g.dx);
-    }
+    for (int j = 0; j < g.ny; ++j)
+      potential[k] -= mass * weight_moment(o.gravity, g, fluid.phi, solids, j, k);
   for (double p : potential) r.potential += p;
 }
 
@@ -142,48 +144,16 @@ double largest_surface_speed(const ReducedBody& body) {
   return std::sqrt(fastest);
 }
 
-namespace {
-
-// The first mode that is not finite, or -1.
-int broken_mode(const ReducedBody& body) {
-  for (int i = 0; i < body.r; ++i)
-    if (!std::isfinite(body.q[i]) || !std::isfinite(body.q_dot[i])) return i;
-  return -1;
+std::vector<double> largest_surface_speeds(const std::vector<ReducedBody>& bodies) {
+  std::vector<double> speeds;
+  for (const ReducedBody& body : bodies) speeds.push_back(largest_surface_speed(body));
+  return speeds;
 }
 
-// A cell beside the first velocity that is not finite, or with such a level set.
-std::optional<Vec3i> broken_cell(const FluidState& fluid) {
-  const Array3<double>& phi = fluid.phi;
-  for (int k = 0; k < phi.nz(); ++k)
-    for (int j = 0; j < phi.ny(); ++j)
-      for (int i = 0; i < phi.nx(); ++i)
-        if (!std::isfinite(phi(i, j, k) + fluid.u[0](i, j, k) + fluid.u[1](i, j, k) +
-                           fluid.u[2](i, j, k)))
-          return Vec3i(i, j, k);
-  return std::nullopt;
-}
-
-}  // namespace
-
-int broken_body(const std::vector<ReducedBody>& bodies) {
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const ReducedBody& body = bodies[b];
-    const bool finite = body.position.allFinite() && body.rotation.coeffs().allFinite() &&
-                        body.P.allFinite() && body.L.allFinite() && broken_mode(body) < 0;
-    if (!finite) return static_cast<int>(b);
-  }
-  return -1;
-}
-
-void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
-                   const StepReport& r) {
-  const int body = broken_body(bodies);
-  if (body >= 0)
-    throw SimulationFailure("finite", "a body is no longer finite", r.t,
-                            {body, broken_mode(bodies[body]), {}});
-  if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
-    throw SimulationFailure("finite", "the water is no longer finite", r.t,
-                            {-1, -1, broken_cell(fluid)});
+double energy_of_bodies(const std::vector<ReducedBody>& bodies) {
+  double sum = 0.0;
+  for (const ReducedBody& body : bodies) sum += kinetic_energy(body) + elastic_energy(body);
+  return sum;
 }
 
 }  // namespace archetide

@@ -1,6 +1,10 @@
 #pragma once
 
-#include "runtime/simulation.h"
+#include <vector>
+
+#include "runtime/fluid/fluid_state.h"
+#include "runtime/options.h"
+#include "runtime/step_report.h"
 
 namespace archetide {
 
@@ -25,12 +29,10 @@ double deformation(const ReducedBody& body);
 
 /// Largest |velocity| of a surface vertex, m/s.
 double largest_surface_speed(const ReducedBody& body);
+/// The same of each body, m/s.
+std::vector<double> largest_surface_speeds(const std::vector<ReducedBody>& bodies);
 
-/// The first body that is not finite, or -1.
-int broken_body(const std::vector<ReducedBody>& bodies);
-
-/// Throws SimulationFailure naming the body and mode, or the cell, if anything is not finite.
-void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& fluid,
-                   const StepReport& report);
+/// Kinetic and elastic energy of all, J.
+double energy_of_bodies(const std::vector<ReducedBody>& bodies);
 
 }  // namespace archetide

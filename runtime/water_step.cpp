@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "common/check.h"
 #include "runtime/coupling/air_extension.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/extrapolation.h"
@@ -166,17 +167,18 @@ Grid field_grid(const SimulationOptions& options, const FluidState& initial) {
 }
 
 WaterStep::WaterStep(const SimulationOptions& options, FluidState initial)
-    : fluid(std::move(initial)),
-      options_(options),
+    : options_(options),
+      fluid_(std::move(initial)),
       grid_(options.grid),
       open_side_(options.open_side) {
-  if (present()) fit_ceiling();
+  fit_ceiling();
 }
 
 bool WaterStep::fit_ceiling() {
+  if (!present()) return false;
   constexpr int kSpare = 16;  // layers more than needed that stay
   const int full = options_.grid.nz;
-  const int wanted = ceiling(grid_, full, options_.cfl, fluid, layers_of(residual_));
+  const int wanted = ceiling(grid_, full, options_.cfl, fluid_, layers_of(residual_));
   if (wanted == grid_.nz || (wanted < grid_.nz && wanted + kSpare > grid_.nz && grid_.nz < full))
     return false;
   set_ceiling(wanted);
@@ -186,8 +188,8 @@ bool WaterStep::fit_ceiling() {
 void WaterStep::set_ceiling(int layers) {
   grid_.nz = layers;
   open_side_[kZMax] = options_.open_side[kZMax] || layers < options_.grid.nz;
-  fluid.phi.set_layers(layers, surface_options().band_cells * grid_.dx);
-  for (MacField* u : {&fluid.u, &u_half, &u_star, &push_, &carrier_, &u_last_})
+  fluid_.phi.set_layers(layers, surface_options().band_cells * grid_.dx);
+  for (MacField* u : {&fluid_.u, &u_half_, &u_star_, &push_, &carrier_, &u_last_})
     u->set_layers(layers);
   held_.set_layers(layers, 0.0);
   residual_.set_layers(layers, 0.0);
@@ -195,7 +197,7 @@ void WaterStep::set_ceiling(int layers) {
   target_.set_layers(layers);
 }
 
-double WaterStep::top() const { return grid_.low()[2] + grid_.dx * wet_layers(fluid.phi); }
+double WaterStep::top() const { return grid_.low()[2] + grid_.dx * wet_layers(fluid_.phi); }
 
 SurfaceOptions WaterStep::surface_options() const {
   SurfaceOptions s;
@@ -206,21 +208,21 @@ SurfaceOptions WaterStep::surface_options() const {
 
 void WaterStep::prepare(const Coupling& coupling) {
   const Grid& g = grid_;
-  if (fluid.u[0].size() == 0) fluid.u.resize(g, 0.0);
-  for (MacField* u : {&u_half, &u_star, &push_, &carrier_}) u->resize(g, 0.0);
+  if (fluid_.u[0].size() == 0) fluid_.u.resize(g, 0.0);
+  for (MacField* u : {&u_half_, &u_star_, &push_, &carrier_}) u->resize(g, 0.0);
   if (single()) u_last_.resize(g, 0.0);
   valid_.resize(g, 1);
   mark_solid_cells(coupling.solids(), solid_cells_);
-  prepare_surface(g, fluid, surface_options(), solid_cells_);
+  prepare_surface(g, fluid_, surface_options(), solid_cells_);
   held_.resize(g.nx, g.ny, g.nz, 0.0);
   residual_.resize(g.nx, g.ny, g.nz, 0.0);
-  measure_held(g, fluid.phi, coupling.solids().cell, held_, residual_);
+  measure_held(g, fluid_.phi, coupling.solids().cell, held_, residual_);
   residual_.fill(0.0);
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
                               const std::vector<ReducedBody>& bodies) {
-  if (fluid.markers.empty()) return;
+  if (fluid_.markers.empty()) return;
   push_out_ = std::make_unique<PushOut>(obstacles, 0.5 * grid_.dx);
   keep_markers_in_water(bodies);
 }
@@ -258,83 +260,111 @@ void WaterStep::slow_down(double dt, MacField& u) const {
   }
 }
 
-// Eq. 22 without forces: u_half = A(u^n) over dt/2, carried by the velocity a quarter of the step
-// ahead; a copy in push_.
-void WaterStep::advect_to_half(double dt) {
-  const Grid& g = grid_;
-  const double intervals = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;  // (dt/4) / (last_dt/2)
-  continue_in_time(fluid.u, u_half, intervals, valid_, carrier_);
-  mark_water_faces(g, fluid.phi, target_);
-  advect_velocity(g, carrier_, fluid.u, 0.5 * dt, valid_, target_, u_half);
-  damp_water(0.5 * dt, u_half);
-  copy_values(u_half, push_);
+void WaterStep::follow(At expected, At next) {
+  ARCHETIDE_CHECK(at_ == expected);
+  at_ = next;
 }
 
-// Eq. 22: u_star for the full-step solve: the second half of the way after the reflection (two
+void WaterStep::start_single() {
+  if (!present()) return;
+  at_ = At::kHalfSolved;
+  u_half_ = fluid_.u;
+}
+
+void WaterStep::end_step(double dt) {
+  last_dt_ = dt;
+  fluid_.time += dt;
+}
+
+void WaterStep::visit_clock(StateArchive& a) {
+  a.field("time", fluid_.time);
+  a.field("last_dt", last_dt_);
+}
+
+// Eq. 22 without forces: u_half_ = A(u^n) over dt/2, carried by the velocity a quarter of the step
+// ahead; a copy in push_.
+void WaterStep::advect_to_half(double dt) {
+  if (!present()) return;
+  at_ = At::kHalfAdvected;
+  const Grid& g = grid_;
+  const double intervals = last_dt_ > 0.0 ? dt / (2.0 * last_dt_) : 0.0;  // (dt/4) / (last_dt/2)
+  continue_in_time(fluid_.u, u_half_, intervals, valid_, carrier_);
+  mark_water_faces(g, fluid_.phi, target_);
+  advect_velocity(g, carrier_, fluid_.u, 0.5 * dt, valid_, target_, u_half_);
+  damp_water(0.5 * dt, u_half_);
+  copy_values(u_half_, push_);
+}
+
+// Eq. 22: u_star_ for the full-step solve: the second half of the way after the reflection (two
 // solves), or all of it (one).
 void WaterStep::advect_to_end(double dt) {
+  follow(At::kSurfaceMoved, At::kAdvected);
   const Grid& g = grid_;
-  mark_water_faces(g, fluid.phi, target_);
+  mark_water_faces(g, fluid_.phi, target_);
   if (single()) {
     // The push of the last solve is used as that of a half step.
-    const double share = last_dt > 0.0 ? dt / (2.0 * last_dt) : 0.0;
-    continue_in_time(fluid.u, u_last_, share, valid_, carrier_);
-    copy_values(fluid.u, u_last_);
-    add_push(push_, -share, valid_, u_half);
-    advect_velocity(g, carrier_, u_half, dt, valid_, target_, u_star);
-    add_push(push_, share, target_, u_star);
-    drag_energy_ = -damp_water(dt, u_star);
-    take_up_momentum(g, landings_, held_, u_star);
-    copy_values(fluid.u, u_half);
-    copy_values(u_star, push_);
+    const double share = last_dt_ > 0.0 ? dt / (2.0 * last_dt_) : 0.0;
+    continue_in_time(fluid_.u, u_last_, share, valid_, carrier_);
+    copy_values(fluid_.u, u_last_);
+    add_push(push_, -share, valid_, u_half_);
+    advect_velocity(g, carrier_, u_half_, dt, valid_, target_, u_star_);
+    add_push(push_, share, target_, u_star_);
+    drag_energy_ = -damp_water(dt, u_star_);
+    take_up_momentum(g, landings_, held_, u_star_);
+    copy_values(fluid_.u, u_half_);
+    copy_values(u_star_, push_);
     return;
   }
   // Without gravity there is no measure for what an impact is beside a vortex in still water.
   const double usual = options_.gravity.norm() > 0.0 ? usual_acceleration(dt) * 0.5 * dt : 0.0;
-  start_reflection(fluid.u, 0.5, push_, usual, valid_, u_half, carrier_);  // (dt/4) / (dt/2)
-  advect_velocity(g, carrier_, u_half, 0.5 * dt, valid_, target_, u_star);
-  end_reflection(push_, usual, valid_, target_, u_half, u_star);
-  drag_energy_ = -2.0 * damp_water(0.5 * dt, u_star);  // the first half's is like it
-  take_up_momentum(g, landings_, held_, u_star);
+  start_reflection(fluid_.u, 0.5, push_, usual, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
+  advect_velocity(g, carrier_, u_half_, 0.5 * dt, valid_, target_, u_star_);
+  end_reflection(push_, usual, valid_, target_, u_half_, u_star_);
+  drag_energy_ = -2.0 * damp_water(0.5 * dt, u_star_);  // the first half's is like it
+  take_up_momentum(g, landings_, held_, u_star_);
 }
 
 // Γ = u* − u^{n+1/2}, the push of Eq. 24.
 void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
+  if (!present()) return;
+  follow(At::kHalfAdvected, At::kHalfSolved);
   copy_values(coupling.valid(), valid_);
-  slow_down(dt, u_half);
+  slow_down(dt, u_half_);
   add_narrow_flow(narrow_, coupling.open(), push_);
-  subtract_solved(u_half, valid_, push_);
-  extrapolate(coupling, {&push_, &u_half});
+  subtract_solved(u_half_, valid_, push_);
+  extrapolate(coupling, {&push_, &u_half_});
   mean_push_ = mean_size(push_, valid_);
-  narrow_ = settle_before(coupling.narrow_faces(), u_half, push_);
+  narrow_ = settle_before(coupling.narrow_faces(), u_half_, push_);
   for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
-  hidden_ = hidden_flow(coupling, u_half);
+  hidden_ = hidden_flow(coupling, u_half_);
 }
 
 void WaterStep::let_flow(double dt, const Coupling& coupling) {
+  follow(At::kHalfSolved, At::kFlowBooked);
   const Grid& g = grid_;
   const double speedup = options_.cfl <= kLargestBoundedCfl ? kMostSpeedup : 0.0;
-  make_air_divergence_free(g, fluid.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
-                           u_half);
-  carry_residual(g, u_half, dt, fluid.phi, coupling.solids().cell, residual_);
-  outflow +=
-      take_outflow(g, u_half, dt, fluid.phi, coupling.open(), hidden_, open_side_, residual_);
+  make_air_divergence_free(g, fluid_.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
+                           u_half_);
+  carry_residual(g, u_half_, dt, fluid_.phi, coupling.solids().cell, residual_);
+  outflow_ +=
+      take_outflow(g, u_half_, dt, fluid_.phi, coupling.open(), hidden_, open_side_, residual_);
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
+  follow(At::kFlowBooked, At::kSurfaceMoved);
   const Grid& g = grid_;
   const Array3<double>& solid = coupling.solids().cell;
   mark_solid_cells(coupling.solids(), solid_cells_);
-  std::swap(fluid.u, u_half);
-  advance_surface(g, fluid, dt, surface_options(), solid_cells_, step);
+  std::swap(fluid_.u, u_half_);
+  advance_surface(g, fluid_, dt, surface_options(), solid_cells_, step);
   move_spray(dt, solid);
-  std::swap(fluid.u, u_half);
-  measure_held(g, fluid.phi, solid, held_, residual_);
-  const bool particles = fluid.particles.size() > 0;
-  const Array3<double> before = particles ? fluid.phi : Array3<double>();
-  refitted += refit_.refit(g, solid, coupling.open(), fluid.phi, held_, residual_);
-  bring_to_surface(g, fluid.phi, options_.gravity, solid, residual_);
-  if (particles) adjust_radii(g, fluid.phi, before, fluid.particles);
+  std::swap(fluid_.u, u_half_);
+  measure_held(g, fluid_.phi, solid, held_, residual_);
+  const bool particles = fluid_.particles.size() > 0;
+  const Array3<double> before = particles ? fluid_.phi : Array3<double>();
+  refitted_ += refit_.refit(g, solid, coupling.open(), fluid_.phi, held_, residual_);
+  bring_to_surface(g, fluid_.phi, options_.gravity, solid, residual_);
+  if (particles) adjust_radii(g, fluid_.phi, before, fluid_.particles);
 }
 
 double WaterStep::residual_volume() const {
@@ -344,19 +374,19 @@ double WaterStep::residual_volume() const {
 // Drops come from the residual and return to it.
 void WaterStep::move_spray(double dt, const Array3<double>& solid) {
   const SprayEnds ends = fly_spray(options_.grid, options_.open_side, options_.gravity, dt,
-                                   fluid.phi, solid, residual_, fluid.spray);
-  outflow += ends.left;
+                                   fluid_.phi, solid, residual_, fluid_.spray);
+  outflow_ += ends.left;
   landings_ = ends.landings;
   if (options_.spray)
-    release_spray(grid_, fluid.phi, fluid.u, solid_cells_, options_.particles_per_cell,
-                  fluid.particles, residual_, fluid.spray);
-  release_fragments(grid_, fluid.phi, fluid.u, solid, residual_, fluid.spray);
+    release_spray(grid_, fluid_.phi, fluid_.u, solid_cells_, options_.particles_per_cell,
+                  fluid_.particles, residual_, fluid_.spray);
+  release_fragments(grid_, fluid_.phi, fluid_.u, solid, residual_, fluid_.spray);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
 FreeSurface WaterStep::surface_now(double dt) const {
-  if (!present() || single()) return {&fluid.phi};
-  return {&fluid.phi, &u_half, kReadBack * dt, &push_, 0.5 * dt, usual_acceleration(dt)};
+  if (!present() || single()) return {&fluid_.phi};
+  return {&fluid_.phi, &u_half_, kReadBack * dt, &push_, 0.5 * dt, usual_acceleration(dt)};
 }
 
 // What an acceleration is measured by that may be an impact's: gravity, or the mean that the
@@ -368,35 +398,37 @@ double WaterStep::usual_acceleration(double dt) const {
 }
 
 void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
-  std::swap(fluid.u, u_star);
+  if (!present()) return;
+  follow(At::kAdvected, At::kEnd);
+  std::swap(fluid_.u, u_star_);
   copy_values(coupling.valid(), valid_);
   if (options_.outrun > 0.0)
     slowed_energy_ =
-        -energy_above(grid_, coupling.system(), held_, valid_, most_speed(dt), fluid.u);
-  slow_down(dt, fluid.u);
+        -energy_above(grid_, coupling.system(), held_, valid_, most_speed(dt), fluid_.u);
+  slow_down(dt, fluid_.u);
   if (single()) {
     add_narrow_flow(narrow_, coupling.open(), push_);
-    subtract_solved(fluid.u, valid_, push_);
-    extrapolate(coupling, {&push_, &fluid.u});
+    subtract_solved(fluid_.u, valid_, push_);
+    extrapolate(coupling, {&push_, &fluid_.u});
   } else {
-    extrapolate(coupling, {&fluid.u});
+    extrapolate(coupling, {&fluid_.u});
   }
-  narrow_ = settle_after(coupling.narrow_faces(), fluid.u);
+  narrow_ = settle_after(coupling.narrow_faces(), fluid_.u);
   for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
-  if (single()) hidden_ = hidden_flow(coupling, fluid.u);
+  if (single()) hidden_ = hidden_flow(coupling, fluid_.u);
 }
 
 void WaterStep::carry_markers(double dt, const std::vector<ReducedBody>& bodies) {
   if (!push_out_) return;
-  advect_points(grid_, u_half, dt, fluid.markers);
+  advect_points(grid_, u_half_, dt, fluid_.markers);
   keep_markers_in_water(bodies);
 }
 
 // Trilinear velocities near a body know its sides to a fraction of a cell only.
 void WaterStep::keep_markers_in_water(const std::vector<ReducedBody>& bodies) {
   constexpr double kClearance = 0.01;  // from bodies and obstacles, dx
-  return_to_water(grid_, fluid.phi, fluid.markers);
-  push_out_->move_out(bodies, kClearance * grid_.dx, fluid.markers);
+  return_to_water(grid_, fluid_.phi, fluid_.markers);
+  push_out_->move_out(bodies, kClearance * grid_.dx, fluid_.markers);
 }
 
 void WaterStep::visit_state(StateArchive& a) {
@@ -404,26 +436,26 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("water/ceiling", ceiling);
   if (ceiling < 1 || ceiling > options_.grid.nz) a.fail("the water stands in another tank");
   if (a.reading()) set_ceiling(static_cast<int>(ceiling));
-  a.field("water/refitted", refitted);
-  a.field("water/outflow", outflow);
-  a.field("water/markers", fluid.markers);
-  a.field("spray/position", fluid.spray.position);
-  a.field("spray/velocity", fluid.spray.velocity);
-  a.field("spray/volume", fluid.spray.volume);
-  a.field("particles/position", fluid.particles.position);
-  a.field("particles/radius", fluid.particles.radius);
-  a.field("particles/sign", fluid.particles.sign);
+  a.field("water/refitted", refitted_);
+  a.field("water/outflow", outflow_);
+  a.field("water/markers", fluid_.markers);
+  a.field("spray/position", fluid_.spray.position);
+  a.field("spray/velocity", fluid_.spray.velocity);
+  a.field("spray/volume", fluid_.spray.volume);
+  a.field("particles/position", fluid_.particles.position);
+  a.field("particles/radius", fluid_.particles.radius);
+  a.field("particles/sign", fluid_.particles.sign);
   a.field("water/narrow_axis", narrow_.axis);
   a.field("water/narrow_face", narrow_.face);
   a.field("water/narrow_open", narrow_.open);
   a.field("water/narrow_excess", narrow_.excess);
-  grid_field(a, "water/phi", fluid.phi);
+  grid_field(a, "water/phi", fluid_.phi);
   grid_field(a, "water/held", held_);
   grid_field(a, "water/residual", residual_);
   grid_field(a, "water/valid", valid_);
-  grid_field(a, "water/u", fluid.u);
-  grid_field(a, "water/u_half", u_half);
-  grid_field(a, "water/u_star", u_star);  // advection leaves it as it is far from the water
+  grid_field(a, "water/u", fluid_.u);
+  grid_field(a, "water/u_half", u_half_);
+  grid_field(a, "water/u_star", u_star_);  // advection leaves it as it is far from the water
   grid_field(a, "water/push", push_);
   if (!single()) return;
   grid_field(a, "water/u_last", u_last_);
@@ -431,30 +463,30 @@ void WaterStep::visit_state(StateArchive& a) {
 }
 
 void WaterStep::remember(Memory& now) const {
-  copy_values(fluid.phi, now.phi);
-  copy_values(fluid.particles.position, now.particles.position);
-  copy_values(fluid.particles.radius, now.particles.radius);
-  copy_values(fluid.particles.sign, now.particles.sign);
+  copy_values(fluid_.phi, now.phi);
+  copy_values(fluid_.particles.position, now.particles.position);
+  copy_values(fluid_.particles.radius, now.particles.radius);
+  copy_values(fluid_.particles.sign, now.particles.sign);
   copy_values(valid_, now.valid);
-  now.refitted = refitted;
+  now.refitted = refitted_;
   copy_values(held_, now.held);
   copy_values(residual_, now.residual);
-  now.outflow = outflow;
-  now.spray = fluid.spray;
+  now.outflow = outflow_;
+  now.spray = fluid_.spray;
   now.narrow = narrow_;
 }
 
 void WaterStep::restore(const Memory& before) {
-  fluid.phi = before.phi;
-  fluid.particles = before.particles;
-  fluid.spray = before.spray;
+  fluid_.phi = before.phi;
+  fluid_.particles = before.particles;
+  fluid_.spray = before.spray;
   narrow_ = before.narrow;
-  refitted = before.refitted;
+  refitted_ = before.refitted;
   held_ = before.held;
   residual_ = before.residual;
-  outflow = before.outflow;
+  outflow_ = before.outflow;
   valid_ = before.valid;
-  last_dt = 0.0;
+  last_dt_ = 0.0;
 }
 
 }  // namespace archetide

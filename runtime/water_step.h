@@ -11,25 +11,28 @@
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/surface_refit.h"
 #include "runtime/fluid/volume_flux.h"
-#include "runtime/simulation.h"
+#include "runtime/options.h"
 
 namespace archetide {
 
+/// The tank up to the ceiling that the fields of a run begin with (Simulation::grid).
+Grid field_grid(const SimulationOptions& options, const FluidState& initial);
+
 /// The water between the coupled solves of a step (Section 6): its state, the fields that carry it
 /// from one solve to the next, and the volume that it should have. A tank without water only keeps
-/// the time. Two solves a step: advect_to_half, solve, after_position_solve, move_surface,
-/// advect_to_end, solve, after_velocity_solve. One: start_single, move_surface and on.
+/// the time, and its stages do nothing. The first stage of an attempt begins anew, each other
+/// checks that the one before it is done; "solve" is the coupled solve on half_velocity() or
+/// full_velocity().
 class WaterStep {
  public:
   /// `options` must outlive it.
   WaterStep(const SimulationOptions& options, FluidState initial);
 
-  FluidState fluid;
-  MacField u_half;        // at the middle of the step, m/s
-  MacField u_star;        // advected, for the full-step solve, m/s
-  double last_dt = 0.0;   // s, of the step that u_half stems from; 0: of none
-  double outflow = 0.0;   // through open sides since the start, m^3
-  double refitted = 0.0;  // moved between surface and residual since the start, m^3, without sign
+  const FluidState& fluid() const { return fluid_; }
+  /// Through open sides since the start, m^3.
+  double outflow() const { return outflow_; }
+  /// Moved between surface and residual since the start, m^3, without sign.
+  double refitted() const { return refitted_; }
 
   bool present() const { return options_.has_water && options_.grid.cells() > 0; }
   /// The tank up to a ceiling above all water, where the fields are: air higher up costs nothing.
@@ -48,21 +51,35 @@ class WaterStep {
   /// Markers, if there are any, out of bodies and obstacles.
   void place_markers(const std::vector<TriMesh>& obstacles, const std::vector<ReducedBody>& bodies);
 
-  void advect_to_half(double dt);
-  /// The position solve is to be made again: its velocity before it.
-  void restore_half() { u_half = push_; }
-  void after_position_solve(double dt, const Coupling& coupling);
-  void start_single() { u_half = fluid.u; }
+  /// Of the half-step and of the full-step solve, u* in and u out, m/s.
+  MacField& half_velocity() { return u_half_; }
+  MacField& full_velocity() { return u_star_; }
 
-  /// What flows from cell to cell in the whole step; the geometry is still that of the last solve.
+  /// Positions stage: u* of the half step; then its solve.
+  void advect_to_half(double dt);
+  /// That solve is to be made again: its velocity before it.
+  void restore_half() {
+    if (present()) u_half_ = push_;
+  }
+  /// After that solve.
+  void after_position_solve(double dt, const Coupling& coupling);
+  /// One solve a step: instead of the positions stage.
+  void start_single();
+
+  /// Velocities stage: what flows from cell to cell in the whole step; the geometry is still that of
+  /// the last solve.
   void let_flow(double dt, const Coupling& coupling);
   /// The level set and the particles over the whole step; what they lose is the residual's, and the
   /// surface takes it up again nearby. The geometry is that of the next solve.
   void move_surface(double dt, const Coupling& coupling, std::int64_t step);
+  /// u* of the full step; then its solve.
   void advect_to_end(double dt);
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
+  /// After that solve: the water is at the end of the step.
   void after_velocity_solve(double dt, const Coupling& coupling);
+  /// A step of dt (s) is done.
+  void end_step(double dt);
   /// Water that neither the surface nor drops show, m^3 (negative: shown twice); see
   /// surface_refit.h.
   double residual_volume() const;
@@ -77,6 +94,8 @@ class WaterStep {
   /// Markers follow the velocity that carries the surface.
   void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
 
+  /// Time and the last step, of a tank without water as well; and the rest.
+  void visit_clock(StateArchive& a);
   void visit_state(StateArchive& a);
 
   /// What an attempt changes and a rejected one must give back (u^n is only replaced by a step that
@@ -108,9 +127,19 @@ class WaterStep {
   void move_spray(double dt, const Array3<double>& solid);
   void keep_markers_in_water(const std::vector<ReducedBody>& bodies);
 
+  // How far the attempt at a step has come.
+  enum class At { kEnd, kHalfAdvected, kHalfSolved, kFlowBooked, kSurfaceMoved, kAdvected };
+  void follow(At expected, At next);
+
   const SimulationOptions& options_;
+  At at_ = At::kEnd;
+  FluidState fluid_;
+  MacField u_half_;  // at the middle of the step, m/s
+  MacField u_star_;  // advected, for the full-step solve, m/s
   Grid grid_;
   Sides open_side_;
+  double last_dt_ = 0.0;                   // s, of the step that u_half_ stems from; 0: of none
+  double outflow_ = 0.0, refitted_ = 0.0;  // m^3
   FaceField<unsigned char> valid_, target_;
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,

@@ -103,4 +103,18 @@ VecX modal_force(const Actuator& actuator, double t, const ReducedBody& body,
   return actuator.force_at(t) * (p.modal.head(body.r) - terms.spin_of_modes.transpose() * torque);
 }
 
+std::vector<VecX> modal_forces(const std::vector<Actuator>& actuators, double t,
+                               const std::vector<ReducedBody>& bodies,
+                               const std::vector<Configuration>& at, ModalMass mass) {
+  std::vector<VecX> force(bodies.size());
+  for (const Actuator& actuator : actuators) {
+    const auto b = static_cast<std::size_t>(actuator.body);
+    if (b >= bodies.size()) continue;  // has not appeared yet
+    const ConfigurationTerms terms = configuration_terms(bodies[b], at[b], mass);
+    const VecX f = modal_force(actuator, t, bodies[b], at[b], terms);
+    force[b] = force[b].size() > 0 ? VecX(force[b] + f) : f;
+  }
+  return force;
+}
+
 }  // namespace archetide

@@ -51,4 +51,11 @@ struct Actuator {
 VecX modal_force(const Actuator& actuator, double t, const ReducedBody& body,
                  const Configuration& at, const ConfigurationTerms& terms);
 
+/// The same of all actuators at time t (s), per body; empty: none. Bodies that have not appeared
+/// yet are left out. Both stages of a step evaluate it at the middle of the step: with the
+/// trapezoidal rule the first then gives the modes (q̇ⁿ + q̇ⁿ⁺¹)/2, and work done is energy gained.
+std::vector<VecX> modal_forces(const std::vector<Actuator>& actuators, double t,
+                               const std::vector<ReducedBody>& bodies,
+                               const std::vector<Configuration>& at, ModalMass mass);
+
 }  // namespace archetide

@@ -267,6 +267,98 @@ BodyContact centre_contact(const std::vector<ReducedBody>& bodies, int a, int b,
   return c;
 }
 
+// Which bodies may meet, by bounding balls, and the boxes of those that may meet anything.
+struct NearBodies {
+  std::vector<Box> boxes;  // of each body, with its margin
+  std::vector<std::pair<int, int>> pairs;
+  std::vector<char> wanted;  // of each body
+};
+
+NearBodies near_bodies(const std::vector<ReducedBody>& bodies,
+                       const std::vector<const ContactShape*>& shapes,
+                       const Surroundings& surroundings, const std::vector<double>& margin,
+                       const SearchOptions& options) {
+  NearBodies near{{}, {}, std::vector<char>(bodies.size(), 0)};
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    near.boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
+  near.pairs = overlapping_pairs(near.boxes);
+  std::erase_if(near.pairs, [&](const auto& pair) {
+    return !options.each_other || options.apart.count(pair) > 0;
+  });
+  for (const auto& [i, j] : near.pairs) near.wanted[i] = near.wanted[j] = 1;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (const Surroundings::Item& item : surroundings.items())
+      if (overlap(near.boxes[b], {item.low, item.high})) near.wanted[b] = 1;
+  return near;
+}
+
+using Deformed = std::vector<std::unique_ptr<DeformedBody>>;  // of each body; null: not wanted
+
+// Surfaces of the bodies that are wanted; their boxes become those of these.
+Deformed deform(const std::vector<ReducedBody>& bodies,
+                const std::vector<const ContactShape*>& shapes, const CoverPoints& covers,
+                const std::vector<double>& margin, NearBodies& near) {
+  Deformed deformed(bodies.size());
+  ExceptionCarrier carrier;
+#pragma omp parallel for schedule(dynamic) if (near.pairs.size() > kParallelFrom)
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    carrier.run([&] {
+      if (!near.wanted[b]) return;
+      deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b], covers.of(b));
+      near.boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
+                       deformed[b]->high() + Vec3::Constant(margin[b])};
+    });
+  carrier.rethrow();
+  return deformed;
+}
+
+// Samples of one against the distance of the other, for what is near. Bodies that have merged get a
+// contact of their centres instead, in `contacts`.
+std::vector<Task> tasks_of(const NearBodies& near, const Deformed& deformed,
+                           const std::vector<const TouchedSolid*>& solids,
+                           const Surroundings& surroundings, const std::vector<double>& margin,
+                           const std::vector<ReducedBody>& bodies,
+                           const std::vector<const ContactShape*>& shapes,
+                           std::vector<BodyContact>& contacts) {
+  std::vector<Task> tasks;
+  for (const auto& [i, j] : near.pairs) {
+    if (!overlap(near.boxes[i], near.boxes[j])) continue;
+    if (merged(*deformed[i], *deformed[j])) {
+      contacts.push_back(
+          centre_contact(bodies, i, j, std::min(shapes[i]->reach.rest, shapes[j]->reach.rest)));
+      continue;
+    }
+    tasks.push_back({i, j, solids[j], margin[i] + margin[j]});
+    tasks.push_back({j, i, solids[i], margin[i] + margin[j]});
+  }
+  for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
+    for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
+      const Surroundings::Item& item = surroundings.items()[s];
+      if (near.wanted[b] && overlap(near.boxes[b], {item.low, item.high}))
+        tasks.push_back({b, -1 - s, item.solid.get(), margin[b]});
+    }
+  return tasks;
+}
+
+// Contacts of one task: the deepest samples of each patch.
+std::vector<BodyContact> contacts_of(const Task& task, const DeformedBody& body,
+                                     const ContactForces& before,
+                                     const std::vector<StepMotion>& motions) {
+  const StepMotion still;
+  const StepMotion& its = task.b >= 0 ? motions[task.b] : still;
+  std::vector<Candidate> all = candidates(body, task, before);
+  if (task.b >= 0)
+    std::erase_if(
+        all, [&](const Candidate& c) { return body.normal(c.sample).dot(c.at.normal) > kFacing; });
+  std::vector<BodyContact> found;
+  for (const Candidate& c : thinned(std::move(all), body, task.margin)) {
+    const Vec3& x = body.samples()[c.sample];
+    found.push_back({task.a, task.b, c.sample, x, c.at.normal, c.at.rest, c.at.gap,
+                     clearance(x, c.at, *task.solid, motions[task.a], its)});
+  }
+  return found;
+}
+
 }  // namespace
 
 Mat3 contact_frame(const Vec3& n) {
@@ -327,81 +419,27 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<double>& margin,
                                        const ContactForces& before, const SearchOptions& options,
                                        double dt) {
-  // who may meet whom: bounding balls
-  std::vector<Box> boxes;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
-  std::vector<std::pair<int, int>> near = overlapping_pairs(boxes);
-  std::erase_if(
-      near, [&](const auto& pair) { return !options.each_other || options.apart.count(pair) > 0; });
-  std::vector<char> wanted(bodies.size(), 0);
-  for (const auto& [i, j] : near) wanted[i] = wanted[j] = 1;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    for (const Surroundings::Item& item : surroundings.items())
-      if (overlap(boxes[b], {item.low, item.high})) wanted[b] = 1;
-
-  const CoverPoints covers(options.covers, bodies, wanted);
-
-  // their surfaces, and again with the boxes of these
-  std::vector<std::unique_ptr<DeformedBody>> deformed(bodies.size());
-  ExceptionCarrier carrier;
-#pragma omp parallel for schedule(dynamic) if (near.size() > kParallelFrom)
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    carrier.run([&] {
-      if (!wanted[b]) return;
-      deformed[b] = std::make_unique<DeformedBody>(bodies[b], *shapes[b], covers.of(b));
-      boxes[b] = {deformed[b]->low() - Vec3::Constant(margin[b]),
-                  deformed[b]->high() + Vec3::Constant(margin[b])};
-    });
-  carrier.rethrow();
+  NearBodies near = near_bodies(bodies, shapes, surroundings, margin, options);
+  const CoverPoints covers(options.covers, bodies, near.wanted);
+  const Deformed deformed = deform(bodies, shapes, covers, margin, near);
   const std::vector<std::unique_ptr<TouchedSolid>> covered =
       covered_solids(options.covers, deformed);
-  const auto solid = [&](int b) {
-    return covered[b] ? covered[b].get() : static_cast<const TouchedSolid*>(deformed[b].get());
-  };
-  std::vector<BodyContact> contacts;
-  std::vector<Task> tasks;
-  for (const auto& [i, j] : near) {
-    if (!overlap(boxes[i], boxes[j])) continue;
-    if (merged(*deformed[i], *deformed[j])) {
-      contacts.push_back(
-          centre_contact(bodies, i, j, std::min(shapes[i]->reach.rest, shapes[j]->reach.rest)));
-      continue;
-    }
-    tasks.push_back({i, j, solid(j), margin[i] + margin[j]});
-    tasks.push_back({j, i, solid(i), margin[i] + margin[j]});
-  }
-  for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
-    for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
-      const Surroundings::Item& item = surroundings.items()[s];
-      if (wanted[b] && overlap(boxes[b], {item.low, item.high}))
-        tasks.push_back({b, -1 - s, item.solid.get(), margin[b]});
-    }
+  std::vector<const TouchedSolid*> solids;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    solids.push_back(covered[b] ? covered[b].get() : deformed[b].get());
 
-  const StepMotion still;
+  std::vector<BodyContact> contacts;
+  const std::vector<Task> tasks =
+      tasks_of(near, deformed, solids, surroundings, margin, bodies, shapes, contacts);
   std::vector<StepMotion> motions(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (deformed[b]) motions[b] = StepMotion(bodies[b], dt);
 
-  // samples of one against the distance of the other
   std::vector<std::vector<BodyContact>> found(tasks.size());
+  ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)
   for (std::size_t t = 0; t < tasks.size(); ++t)
-    carrier.run([&] {
-      const Task& task = tasks[t];
-      const DeformedBody& body = *deformed[task.a];
-      std::vector<Candidate> all = candidates(body, task, before);
-      if (task.b >= 0)
-        std::erase_if(all, [&](const Candidate& c) {
-          return body.normal(c.sample).dot(c.at.normal) > kFacing;
-        });
-      for (const Candidate& c : thinned(std::move(all), body, task.margin)) {
-        const Vec3& x = body.samples()[c.sample];
-        const StepMotion& its = task.b >= 0 ? motions[task.b] : still;
-        found[t].push_back({task.a, task.b, c.sample, x, c.at.normal, c.at.rest, c.at.gap,
-                            clearance(x, c.at, *task.solid, motions[task.a], its)});
-      }
-    });
+    carrier.run([&] { found[t] = contacts_of(tasks[t], *deformed[tasks[t].a], before, motions); });
   carrier.rethrow();
   for (const std::vector<BodyContact>& list : found)
     contacts.insert(contacts.end(), list.begin(), list.end());

@@ -48,7 +48,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                      std::vector<CoupledBody>& coupled,
                                      std::vector<StageResult>& results) {
   const Clock::time_point start = Clock::now();
-  const double h = stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+  const double h = stage_seconds(stage, dt);
   std::vector<VecX> y_star(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) y_star[b] = coupled[b].y_star;
   std::vector<VecX> y_free = y_star;

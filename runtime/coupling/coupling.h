@@ -130,19 +130,59 @@ class Coupling {
 
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }
+  static double stage_seconds(Stage stage, double dt) {
+    return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+  }
+
+  // Geometry (coupling_geometry.cpp).
   void forget_bodies();
   void open_box(const CellBox& box);
-  void assemble(const FreeSurface& surface);
+  void cut_bare_bodies();
+  void cut_skins();
+
+  // Loads on the bodies, 6 + r each (coupling_loads.cpp).
+  struct Loads {
+    std::vector<VecX> hydrostatic;  // N, N m
+    std::vector<VecX> displaced;    // owed to displaced water (C22), N s, N m s; empty: none
+  };
+  Loads stage_loads(Stage stage, double dt, const FreeSurface& surface,
+                    const std::vector<StageBody>& bodies);
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
+
+  // The system, and the bodies in it (coupling.cpp).
+  void meet_water(const FreeSurface& surface, const std::vector<StageBody>& bodies,
+                  const NarrowFlow& narrow, MacField& u);
+  void assemble(const FreeSurface& surface);
   const InnerFlow& inner_flow_of(const Archetype& archetype);
+  void move_freely(Stage stage, double dt, const StageBody& in, const VecX& hydro,
+                   StageResult& out) const;
+  void add_carried_water(std::size_t b, const MatX& H, const MacField& u, CoupledBody& coupled);
+  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const Loads& loads,
+                  const MacField& u, CoupledBody& coupled, StageResult& out);
+  std::vector<CoupledBody> start_bodies(Stage stage, double dt,
+                                        const std::vector<StageBody>& bodies, const Loads& loads,
+                                        const MacField& u, std::vector<StageResult>& results);
+  void end_body(std::size_t b, const StageBody& in, const CoupledBody& coupled, StageResult& out);
+
+  // Measures of the velocity stage (coupling_measures.cpp).
   WaterMotion carried_motion(std::size_t b, const VecX& y) const;
+  template <class Velocity>
+  WaterMotion whole_motion(const MacField& u, const Array3<double>* held, const Velocity& y) const;
+  void measure_before(Stage stage, const MacField& u, const Array3<double>* held);
+  void measure_after(Stage stage, double dt, const Loads& loads,
+                     const std::vector<CoupledBody>& coupled, const MacField& u,
+                     const Array3<double>* held);
   void measure_impulses(double dt, const std::vector<CoupledBody>& coupled,
                         const std::vector<VecX>& hydrostatic);
   void collect_slip(const std::vector<CoupledBody>& coupled);
-  void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const VecX& hydro,
-                  const MacField& u, CoupledBody& coupled, StageResult& out);
+
+  // The solve: bodies alone at their walls (wall_solve.cpp) or tied to each other
+  // (constrained_solve.cpp).
+  SolveReport solve(Stage stage, double dt, const std::vector<StageBody>& bodies,
+                    GroupContacts* together, MacField& u, std::vector<CoupledBody>& coupled,
+                    std::vector<StageResult>& results);
   SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
                          std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   std::vector<MatX> wet_inverses(Stage stage, double h, const std::vector<CoupledBody>& coupled,

@@ -301,27 +301,23 @@ void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned cha
   }
 }
 
-}  // namespace
-
-void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
-                              const FaceField<double>& open, const Sides& open_side,
-                              const Hydrostatics& hydrostatics,
-                              const std::vector<DualFaces*>& solids, PressureSystem& s,
-                              const std::vector<CellBox>* changed) {
-  s.surface = surface;
-  s.hydrostatics = hydrostatics;
-  s.open = &open;
+// Sizes of the system; true if the grid is another than before, and nothing is known of it.
+bool fit_to_grid(const Grid& g, PressureSystem& s) {
   PoissonMatrix& A = s.matrix;
-  if (A.nx != g.nx || A.ny != g.ny || A.nz != g.nz) {
-    A.nx = g.nx, A.ny = g.ny, A.nz = g.nz;
-    A.kind.resize(g.nx, g.ny, g.nz);
-    A.diag.resize(g.nx, g.ny, g.nz);
-    s.surface_rhs.resize(g.nx, g.ny, g.nz);
-    s.surface_weight.resize(g.nx, g.ny, g.nz);
-    s.at_surface.clear();
-    s.rows.assign(static_cast<std::size_t>(g.ny) * g.nz, RowKind::kMixed);
-    changed = nullptr;
-  }
+  if (A.nx == g.nx && A.ny == g.ny && A.nz == g.nz) return false;
+  A.nx = g.nx, A.ny = g.ny, A.nz = g.nz;
+  A.kind.resize(g.nx, g.ny, g.nz);
+  A.diag.resize(g.nx, g.ny, g.nz);
+  s.surface_rhs.resize(g.nx, g.ny, g.nz);
+  s.surface_weight.resize(g.nx, g.ny, g.nz);
+  s.at_surface.clear();
+  s.rows.assign(static_cast<std::size_t>(g.ny) * g.nz, RowKind::kMixed);
+  return true;
+}
+
+// The matrix has the openings of the faces, until dual faces share theirs.
+void take_openings(const FaceField<double>& open, const std::vector<DualFaces*>& solids,
+                   const std::vector<CellBox>* changed, PoissonMatrix& A) {
   if (changed)
     for (const CellBox& box : *changed) copy_box(open, box, A.w);
   else
@@ -332,12 +328,14 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
       const Vec3i& at = f.face;
       A.w[f.axis](at[0], at[1], at[2]) = open[f.axis](at[0], at[1], at[2]);
     }
-  A.open_side = open_side;
+}
 
+// Which cells hold unknowns. Rows of one kind that nothing has `touched` since they were classified
+// `before` stay as they are.
+void classify_rows(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
+                   const Sides& open_side, const std::vector<char>& touched,
+                   const std::vector<RowKind>& before, PressureSystem& s) {
   const std::vector<double> ones(g.nx, 1.0);
-  const std::vector<CellKind> air(g.nx, CellKind::kDirichlet);
-  const std::vector<char> touched = touched_rows(g, solids, changed);
-  const std::vector<RowKind> before = s.rows;
   ExceptionCarrier carrier;
 #pragma omp parallel
   {
@@ -347,7 +345,7 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
     for (int k = 0; k < g.nz; ++k)
       for (int j = 0; j < g.ny && !carrier.caught(); ++j) {
         const std::size_t r = j + static_cast<std::size_t>(g.ny) * k;
-        CellKind* kind = &A.kind(0, j, k);
+        CellKind* kind = &s.matrix.kind(0, j, k);
         const bool known = !touched[r] && before[r] != RowKind::kMixed;
         const bool cut = !known && classify_row(g, *surface.phi, open, open_side, j, k, ones.data(),
                                                 whole.data(), kind);
@@ -357,12 +355,16 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
       }
   }
   carrier.rethrow();
-  for (DualFaces* faces : solids) share_dual_faces(A.kind, open, *faces, A.w);
+}
 
-  // Diagonal and surface terms; the mean of the surface values is taken out once it is known.
-  for (const std::size_t n : s.at_surface) s.surface_rhs[n] = s.surface_weight[n] = 0.0;
+// Diagonal and surface terms of all rows, but of those that are what they were `before`. Returns
+// the sums of each plane.
+std::vector<PlaneSums> assemble_rows(const Grid& g, const Sides& open_side,
+                                     const std::vector<RowKind>& before, PressureSystem& s) {
+  const std::vector<CellKind> air(g.nx, CellKind::kDirichlet);
   std::vector<PlaneSums> sums(g.nz);
   std::vector<RowKind> next(s.rows.size());
+  ExceptionCarrier carrier;
 #pragma omp parallel
   {
     std::vector<unsigned char> beside;
@@ -377,15 +379,20 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
           sums[k].unknowns += inner ? g.nx : 0;
           continue;  // its diagonal is what it was
         }
-        const CellKind* row = &A.kind(0, j, k);
+        const CellKind* row = &s.matrix.kind(0, j, k);
         if (std::find(row, row + g.nx, CellKind::kUnknown) != row + g.nx)
           assemble_row(g, j, k, air.data(), beside.data(), s, sums[k]);
         else
-          std::fill_n(&A.diag(0, j, k), g.nx, 0.0);
+          std::fill_n(&s.matrix.diag(0, j, k), g.nx, 0.0);
       }
   }
   carrier.rethrow();
   s.rows.swap(next);
+  return sums;
+}
+
+// Takes the mean of the surface's values out of the right-hand side.
+void take_out_mean(const std::vector<PlaneSums>& sums, PressureSystem& s) {
   double total = 0.0;
   std::size_t faces = 0;
   s.unknowns = 0;
@@ -396,6 +403,27 @@ void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
   }
   s.surface_mean = faces ? total / static_cast<double>(faces) : 0.0;
   for (const std::size_t n : s.at_surface) s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
+}
+
+}  // namespace
+
+void assemble_pressure_system(const Grid& g, const FreeSurface& surface,
+                              const FaceField<double>& open, const Sides& open_side,
+                              const Hydrostatics& hydrostatics,
+                              const std::vector<DualFaces*>& solids, PressureSystem& s,
+                              const std::vector<CellBox>* changed) {
+  s.surface = surface;
+  s.hydrostatics = hydrostatics;
+  s.open = &open;
+  s.matrix.open_side = open_side;
+  if (fit_to_grid(g, s)) changed = nullptr;
+  take_openings(open, solids, changed, s.matrix);
+  const std::vector<RowKind> before = s.rows;
+  classify_rows(g, surface, open, open_side, touched_rows(g, solids, changed), before, s);
+  for (DualFaces* faces : solids) share_dual_faces(s.matrix.kind, open, *faces, s.matrix.w);
+
+  for (const std::size_t n : s.at_surface) s.surface_rhs[n] = s.surface_weight[n] = 0.0;
+  take_out_mean(assemble_rows(g, open_side, before, s), s);
 }
 
 }  // namespace archetide

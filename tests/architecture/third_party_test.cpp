@@ -32,7 +32,7 @@ const std::map<std::string, std::vector<std::string>>& homes() {
       {"embree", {"runtime/output/"}},
       {"png", {"common/image.cpp"}},
       {"tbb/", {"runtime/output/", "precompute/"}},
-      {"CLI/", {"common/cli.cpp", "precompute/main.cpp", "runtime/main.cpp"}},
+      {"CLI/", {"common/cli.cpp", "precompute/main.cpp", "runtime/main.cpp", "runtime/commands/"}},
       {"nlohmann/", {"common/", "precompute/", "runtime/output/"}},
   };
   return map;

@@ -1,0 +1,96 @@
+// Validates a scene and lists what is on.
+
+#include <CLI/CLI.hpp>
+#include <iomanip>
+#include <iostream>
+
+#include "runtime/commands/command.h"
+#include "runtime/output/number_text.h"
+#include "runtime/output/run_description.h"
+#include "runtime/output/run_writer.h"
+#include "runtime/scene/initial_water.h"
+#include "runtime/scene/run_loop.h"
+#include "runtime/scene/scene_builder.h"
+#include "runtime/water_step.h"
+
+namespace archetide {
+namespace {
+
+template <class Value>
+void line(const std::string& name, const Value& value) {
+  std::cout << std::left << std::setw(14) << name << value << '\n';
+}
+
+void list_time_and_cells(const SceneSpec& scene, const Grid& grid) {
+  line("scene", scene.name + " (" + scene.file + ")");
+  line("time", std::to_string(scene.end_time) + " s, " +
+                   std::to_string(frame_count(scene.end_time, scene.fps)) + " frames");
+  line("cells", std::to_string(grid.cells()) + " (" + std::to_string(grid.nx) + " x " +
+                    std::to_string(grid.ny) + " x " + std::to_string(grid.nz) + ")");
+}
+
+// `fields`: the part of the tank that has fields.
+void list_water(const SceneSpec& scene, const SimulationOptions& o, const Grid& fields) {
+  line("water", !o.has_water              ? "none"
+                : scene.fluid->water.full ? "the tank is full, no free surface"
+                                          : "free surface");
+  if (fields.nz < o.grid.nz)
+    line("fields",
+         "the lowest " + std::to_string(fields.nz) + " layers, as far as the water needs");
+  line("particles", o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" +
+                                               (o.spray ? ", spray" : "")
+                                         : "none");
+  line("damping", damping_text(o.damping));
+  line("geometry", o.geometry == Geometry::kCutCell ? "cut-cell" : "voxel");
+  line("scheme", o.scheme == Scheme::kNewmark ? "newmark (two solves)" : "single");
+}
+
+void list_bodies(const BuiltScene& built) {
+  line("bodies", built.bodies.size());
+  for (std::size_t b = 0; b < built.bodies.size(); ++b) {
+    const ReducedBody& body = built.bodies[b];
+    log_detail("  body " + std::to_string(b) + " " + built.body_names[b] + ": " +
+               std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
+               std::to_string(body.r) + " modes");
+  }
+  line("joints", built.joints.size());
+  line("skins", built.skins.size());
+  line("obstacles", built.obstacles.size());
+  line("actuators", built.actuators.size());
+}
+
+void list_outputs(const SceneSpec& scene) {
+  int markers = 0;
+  for (const MarkersSpec& spec : scene.markers) markers += spec.count;
+  line("markers", markers);
+  line("checkpoints", scene.checkpoints
+                          ? "every " + std::to_string(scene.checkpoint_every) + " frames"
+                          : "when it is stopped");
+}
+
+int check(const Arguments& a) {
+  const SceneSpec scene = read_scene(a);
+  ArchetypeLibrary library(scene.directory, a.archetypes);
+  const BuiltScene built = build_scene(scene, library);
+  const Grid fields = field_grid(built.options, initial_fluid(scene.fluid));
+  const MemoryEstimate memory = estimate_memory(built.options, fields, built.bodies);
+  list_time_and_cells(scene, built.options.grid);
+  list_water(scene, built.options, fields);
+  list_bodies(built);
+  list_outputs(scene);
+  line("memory", bytes_text(memory.total()) + " (water " + bytes_text(memory.water) + ", bodies " +
+                     bytes_text(memory.bodies) + ", archetypes " + bytes_text(memory.archetypes) +
+                     ")");
+  return kExitDone;
+}
+
+}  // namespace
+
+Command check_command() {
+  return {"check", "validate a scene, list what is on, estimate cells and memory",
+          examples_text(
+              {"check assets/scenes/tub.scene.toml", "check assets/scenes/tub.scene.toml -v"}),
+          check, scene_options};
+}
+
+}  // namespace archetide

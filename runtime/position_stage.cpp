@@ -1,0 +1,182 @@
+#include "runtime/position_stage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/articulation/pre_stabilisation.h"
+#include "runtime/contact_setup.h"
+#include "runtime/statistics.h"
+
+namespace archetide {
+namespace {
+
+GroupContacts reachable_contacts(const SimulationState& s, double dt) {
+  return s.body_contacts->reachable_contacts(s.bodies, largest_surface_speeds(s.bodies), dt);
+}
+
+// Whether the body, alone at its walls, may come to one within the step.
+bool may_reach_wall(const SimulationState& s, std::size_t b, double dt) {
+  if (s.body_contacts || !s.has_tank() || !s.options.wall_contact) return false;
+  const double speed = largest_surface_speed(s.bodies[b]) + s.options.gravity.norm() * dt;
+  return !away_from_walls(s.bodies[b], s.reach[b], wall_options(s.options, dt), 2.0 * speed * dt);
+}
+
+// Where the velocities that bodies have take them in half a step: the water's velocity in the
+// middle of the step belongs to the walls as they stand then [D47]. Modes by their implicit rule,
+// but from balance: stiff ones hardly move, and nothing that rests.
+void guess_half_way(SimulationState& s, double dt) {
+  const ModalOptions& modal = s.options.modal;
+  s.half_way = s.bodies;
+  for (ReducedBody& body : s.half_way) {
+    FreeMotion motion;
+    motion.terms = configuration_terms(body, current_configuration(body), modal.mass);
+    motion.H = generalised_mass(body, motion.terms, dt, Stage::kPositionHalf, modal.step);
+    VecX y = generalised_velocity(body, motion.terms);
+    if (body.r > 0) y.tail(body.r) = motion.H.M_hat_factor.solve(motion.terms.M_q * body.q_dot);
+    s.guard.shorten(body, 0.5 * dt, y);
+    advance_pose(body, motion, y, 0.5 * dt);
+  }
+}
+
+// The bodies as they enter the solve, with the drive of their actuators in the middle of the step.
+// With cut cells the water meets them half way.
+std::vector<StageBody> bodies_of_stage(SimulationState& s, double dt) {
+  std::vector<Configuration> now;
+  for (const ReducedBody& body : s.bodies) now.push_back(current_configuration(body));
+  const std::vector<VecX> drive =
+      modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, now, s.options.modal.mass);
+  std::vector<StageBody> stage;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    stage.push_back({&s.bodies[b], now[b], {}, may_reach_wall(s, b, dt), {}, {}, drive[b]});
+  if (!s.water.present() || s.options.geometry != Geometry::kCutCell) return stage;
+  guess_half_way(s, dt);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) stage[b].met = &s.half_way[b];
+  return stage;
+}
+
+// Modes that would close elements which stand at their limit are held there; true if there are any.
+bool lock_modes(SimulationState& s, const std::vector<StageResult>& results, double dt,
+                std::vector<StageBody>& stage) {
+  bool any = false;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    stage[b].at.locked = s.guard.closing(s.bodies[b], results[b].motion, results[b].y, dt);
+    any = any || stage[b].at.locked.size() > 0;
+  }
+  return any;
+}
+
+// Eqs. 45 and 49 with h = dt/2; once more if modes are to be locked, so that the water meets modes
+// that do not move. False if it does not converge.
+bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
+                     GroupContacts& reachable, std::vector<StageResult>& results,
+                     SolveReport& report) {
+  const auto couple = [&] {
+    report = s.coupling.couple(Stage::kPositionHalf, dt, {&s.water.fluid().phi}, stage,
+                               s.water.half_velocity(), results, if_together(s, reachable),
+                               s.water.narrow_flow());
+    return report.converged;
+  };
+  if (!couple()) return false;
+  if (!lock_modes(s, results, dt, stage)) return true;
+  s.water.restore_half();
+  if (s.body_contacts) reachable = reachable_contacts(s, dt);
+  return couple();
+}
+
+// Size of the smallest jointed body, m.
+double smallest_jointed(const SimulationState& s) {
+  double size = INFINITY;
+  for (const Joint& joint : s.joints)
+    for (const int b : {joint.a, joint.b})
+      if (b >= 0) size = std::min(size, s.reach[b].rest);
+  return size;
+}
+
+// Section 7, [WTF06]: velocities of the position update that leave no gap in a joint; bodies that
+// are stopped keep their modal rates. What that takes belongs to the joints' reaction.
+bool close_joints(SimulationState& s, const std::vector<FreeMotion>& motions,
+                  const std::vector<char>& stopped, double dt, std::vector<VecX>& y,
+                  std::vector<VecX>& reaction, StepAttempt& attempt) {
+  if (s.joints.empty()) return true;
+  constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
+  const double size = smallest_jointed(s);
+  const PreStabilised kept =
+      pre_stabilise(s.joints, s.bodies, motions, stopped, dt, kClosed * size, y);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
+  if (kept.drift <= kGood * size) return true;
+  attempt.open_joint = kept.widest, attempt.open_gap = kept.drift;
+  return false;
+}
+
+// Velocities of the position update that leave no joint open and no element inside out. Bodies that
+// are stopped keep their shape while the joints are closed again without it.
+bool keep_bodies_whole(SimulationState& s, const std::vector<FreeMotion>& motions, double dt,
+                       std::vector<VecX>& y, std::vector<VecX>& reaction, StepAttempt& attempt) {
+  std::vector<char> stopped(s.bodies.size(), 0);
+  for (bool again = true; again;) {
+    if (!close_joints(s, motions, stopped, dt, y, reaction, attempt)) return false;
+    again = false;
+    for (std::size_t b = 0; b < s.bodies.size(); ++b)
+      if (!stopped[b] && s.guard.stop(static_cast<int>(b), s.bodies[b], motions[b], dt, y[b]))
+        stopped[b] = 1, again = again || reaction[b].size() > 0;
+  }
+  return true;
+}
+
+// The surface of a body at x^{n+1} - kReadBack (x^{n+1} - x^n), where the velocities stage reads
+// its hydrostatic load [D38].
+std::vector<Vec3> read_back(const std::vector<Vec3>& before, const ReducedBody& body) {
+  std::vector<Vec3> points;
+  surface_points(body, points);
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] += kReadBack * (before[v] - points[v]);
+  return points;
+}
+
+// x^{n+1} = x^n + dt v^{n+1/2} (S9). False if a joint stays open.
+bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& stage,
+                 const std::vector<StageResult>& results, HalfStep& half, StepAttempt& attempt) {
+  std::vector<VecX> y;
+  std::vector<FreeMotion> motions;
+  for (const StageResult& result : results) {
+    y.push_back(result.y);
+    motions.push_back(result.motion);
+    half.held.push_back(result.contacts);
+    half.reaction.push_back(result.joint_reaction);
+  }
+  if (!keep_bodies_whole(s, motions, dt, y, half.reaction, attempt)) return false;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    std::vector<Vec3> before;
+    surface_points(s.bodies[b], before);
+    half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
+                                          stage[b].at.locked));
+    half.read_points.push_back(read_back(before, s.bodies[b]));
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<HalfStep> advance_positions(SimulationState& s, double dt, StepAttempt& attempt) {
+  HalfStep half;
+  if (s.body_contacts) {
+    ScopedTimer search(s.profile, "contact");
+    half.reachable = reachable_contacts(s, dt);
+  }
+  ScopedTimer timer(s.profile, "positions");
+  s.water.advect_to_half(dt);  // Eq. 22
+  std::vector<StageBody> stage = bodies_of_stage(s, dt);
+  std::vector<StageResult> results;
+  if (!solve_half_step(s, dt, stage, half.reachable, results, attempt.report.position))
+    return std::nullopt;
+  if (s.body_contacts) {
+    timer.hand_over("contact", s.coupling.contact_seconds());
+    s.body_contacts->memory.position = half.reachable.forces;
+    attempt.report.contact_sweeps += half.reachable.sweeps;
+  }
+  s.water.after_position_solve(dt, s.coupling);
+  if (!move_bodies(s, dt, stage, results, half, attempt)) return std::nullopt;
+  return half;
+}
+
+}  // namespace archetide

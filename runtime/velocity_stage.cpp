@@ -1,0 +1,68 @@
+#include "runtime/velocity_stage.h"
+
+namespace archetide {
+namespace {
+
+// The flow u^{n+1/2} carries the surface to x^{n+1}; u* there.
+void move_water(SimulationState& s, double dt, const std::vector<StageBody>& stage) {
+  if (!s.water.present()) return;
+  {
+    ScopedTimer timer(s.profile, "surface");
+    s.water.let_flow(dt, s.coupling);
+    s.coupling.prepare_geometry(stage);
+    s.water.move_surface(dt, s.coupling, s.step_count);
+  }
+  ScopedTimer timer(s.profile, "advection");
+  s.water.advect_to_end(dt);
+}
+
+// f · (q̇ⁿ + q̇ⁿ⁺¹)/2 of a body's actuators, or of the way that a held body went, W; y: 6 + r, of n+1.
+double power_of_drive(const SimulationState& s, std::size_t b, const VecX& f,
+                      const Configuration& middle, const VecX& y) {
+  const ReducedBody& body = s.bodies[b];
+  const VecX mean = 0.5 * (body.q_dot + y.tail(body.r));
+  const bool went = s.guard.holds(static_cast<int>(b));
+  return f.dot(went ? middle.q_dot : mean);
+}
+
+// P, L and q̇ of n+1 (S12), and what the water gave.
+void accept(SimulationState& s, std::size_t b, const StageResult& result) {
+  accept_velocity(s.bodies[b], result.y, result.delta_P, result.delta_L);
+  const Vec3 force = result.water_impulse.head<3>(), torque = result.water_impulse.segment<3>(3);
+  s.budget.add_water_impulse(impulse_at(s.bodies[b].position, force, torque));
+  s.water_impulse[b] += force;
+  s.water_angular_impulse[b] += torque;
+}
+
+}  // namespace
+
+bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
+                        const std::vector<VecX>& drive, StepReport& report) {
+  std::vector<StageBody> stage;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    stage.push_back({&s.bodies[b], half.middle[b], half.read_points[b], false, half.held[b],
+                     half.reaction[b], drive[b]});
+  move_water(s, dt, stage);
+  ScopedTimer timer(s.profile, "velocities");
+  std::vector<StageResult> results;
+  report.velocity = s.coupling.couple(
+      Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
+      if_together(s, half.touching), s.water.narrow_flow(), &s.water.held());
+  if (!report.velocity.converged) return false;
+  if (s.body_contacts) {
+    timer.hand_over("contact", s.coupling.contact_seconds());
+    s.body_contacts->memory.velocity = half.touching.forces;
+    report.contact_sweeps += half.touching.sweeps;
+  }
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    // one solve a step counts the work where it moves the bodies
+    if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
+      s.actuation_work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
+    accept(s, b, results[b]);
+  }
+  s.water.after_velocity_solve(dt, s.coupling);
+  report.divergence = s.coupling.last_divergence();
+  return true;
+}
+
+}  // namespace archetide
