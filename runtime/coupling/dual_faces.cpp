@@ -84,7 +84,7 @@ MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double den
 }
 
 void bound_carried_water(const MatX& H, MatX& carried) {
-  constexpr double kLeast = -0.5;  // eigenvalue of H^-1 M
+  constexpr double kLeast = -0.2;  // eigenvalue of H^-1 M
   const Eigen::LLT<MatX> factor(H);
   const auto L = factor.matrixL();
   const MatX scaled = L.solve(L.solve(carried).transpose());  // L^-1 M L^-T

@@ -57,10 +57,10 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
                    const PlacedInnerFlow& inner, BodyFlux& flux);
 
-/// Takes what is negative off the carried water so far that half of H is left in every direction:
-/// H + carried is positive definite and the bodies' part of A at most doubled, for bodies however
-/// light. A sphere of 4 cells per radius keeps all of it: a rigid one heavier than 0.02 of the
-/// water, a soft one heavier than 0.2 (quadratic modes; at 0.5 the least eigenvalue is -0.17).
+/// Takes what is negative off the carried water so far that four fifths of H are left everywhere:
+/// H + carried is positive definite and A hardly worse conditioned for bodies however
+/// light. A sphere of 4 cells per radius keeps all of it: a rigid one heavier than 0.03 of the
+/// water, a soft one heavier than 0.42 (quadratic modes; at 0.5 the least eigenvalue is -0.17).
 void bound_carried_water(const MatX& H, MatX& carried);
 
 }  // namespace archetide

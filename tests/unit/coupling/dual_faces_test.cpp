@@ -175,7 +175,7 @@ TEST(BodyFlux, OfModesThatKeepTheVolumeHasNoNetPart) {
   EXPECT_GT(std::abs(net[7]), 0.5 * gross[7]);
 }
 
-TEST(DualFaces, LightBodiesKeepHalfOfTheirMass) {
+TEST(DualFaces, LightBodiesKeepFourFifthsOfTheirMass) {
   for (const auto& archetype : shapes())
     for (int trial = 0; trial < 10; ++trial) {
       ReducedBody body = turned_body(archetype, trial);
@@ -188,7 +188,7 @@ TEST(DualFaces, LightBodiesKeepHalfOfTheirMass) {
               .dense();
       bound_carried_water(H, t.carried);
       const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(H + t.carried, H);
-      EXPECT_GT(eigen.eigenvalues().minCoeff(), 0.5 - 1e-9);
+      EXPECT_GT(eigen.eigenvalues().minCoeff(), 0.8 - 1e-9);
     }
 }
 
@@ -221,7 +221,7 @@ TEST(DualFaces, SoftBallsOfHalfTheWatersDensityKeepAllCarriedWater) {
     bound_carried_water(H, bounded);
     EXPECT_EQ(bounded, t.carried);
   }
-  std::printf("measured: least eigenvalue %.3f, bound -0.5\n", least);
+  std::printf("measured: least eigenvalue %.3f, bound -0.2\n", least);
 }
 
 }  // namespace
