@@ -1,20 +1,21 @@
 #include <algorithm>
-#include <chrono>
 
 #include "runtime/coupling/coupling.h"
 #include "runtime/coupling/flux_columns.h"
 #include "runtime/coupling/stage_constraints.h"
+#include "runtime/numerics/parallel.h"
+#include "runtime/numerics/solve_report.h"
 
 namespace archetide {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
+
+bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& results) {
+  if (!contacts.shapes.empty()) return !contacts.contacts.empty();
+  return std::any_of(results.begin(), results.end(),
+                     [](const StageResult& body) { return !body.contacts.points.empty(); });
+}
 
 }  // namespace
 
@@ -28,15 +29,14 @@ std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
   const double mean_push = h * rho * system_.surface_mean * g.dx * g.dx;
   const Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
   std::vector<MatX> inverse(coupled.size());
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t b = 0; b < coupled.size(); ++b) {
+  for_each_large(coupled.size(), [&](std::size_t b) {
     const CoupledOperator::Body body = CoupledOperator::body_of(g, system_, rho, coupled[b]);
     const MatX &H = body.inverse_mass, &M = body.added_mass;
     inverse[b] = H * (MatX::Identity(M.rows(), M.cols()) + M * H).inverse() / mass;
     y[b] -=
         coupled[b].inverse_mass * (mean_push * body.flux.rowwise().sum() +
                                    mass * gather_columns(body.flux, body.cell, pressure.data()));
-  }
+  });
   return inverse;
 }
 
@@ -47,22 +47,22 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                      GroupContacts& contacts, MacField& u,
                                      std::vector<CoupledBody>& coupled,
                                      std::vector<StageResult>& results) {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   const double h = stage_seconds(stage, dt);
   std::vector<VecX> y_star(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) y_star[b] = coupled[b].y_star;
   std::vector<VecX> y_free = y_star;
+  const bool again = wet() && may_touch(contacts, results);
   std::vector<MatX> wet_inverse;
-  if (wet()) wet_inverse = wet_inverses(stage, h, coupled, y_free);
+  if (again) wet_inverse = wet_inverses(stage, h, coupled, y_free);
   StageConstraints rows(options_, dt, joints_, bodies, contacts, coupled, results,
                         std::move(wet_inverse));
   rows.start_from_last_step(contacts, h);
-  rows.resolve(wet() ? rows.expected_free(y_free) : y_free);
-  contact_seconds_ = seconds_since(start);
+  rows.resolve(again ? rows.expected_free(y_free) : y_free);
+  contact_seconds_ = watch.wall();
 
   // The first solve only has to tell which contacts press; it is the first guess of the next.
   constexpr int kRounds = 5;
-  const bool again = rows.contacts() > 0 && wet();
   CoupledSolveOptions trial = options_.solve;
   if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
   Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
@@ -77,10 +77,10 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
       y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
     rows.settle(y_free, coupled, results);
     if (!again || round == kRounds) break;
-    const Clock::time_point round_start = Clock::now();
+    const Stopwatch round_watch;
     rows.resolve(rows.free_of_rows(coupled, results));
     const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
-    contact_seconds_ += seconds_since(round_start);
+    contact_seconds_ += round_watch.wall();
     if (settled) break;
   }
   solver_.move_water(options_.grid, system_, h, pressure, u, valid_);

@@ -43,8 +43,13 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
     closed_.setup(water_);
   }
   to_scaled_mass_ = density * g.dx * g.dx * g.dx;
-  bodies_.clear();
-  for (const CoupledBody& body : bodies) bodies_.push_back(body_of(g, s, density, body));
+  if (same_water) {  // what it sees of them is the same too
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      bodies_[b].inverse_mass = to_scaled_mass_ * bodies[b].inverse_mass;
+  } else {
+    bodies_.clear();
+    for (const CoupledBody& body : bodies) bodies_.push_back(body_of(g, s, density, body));
+  }
   setup_closed_regions();
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/exception_carrier.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/level_set.h"
@@ -196,16 +197,18 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
     const Array3<double>& faces = u[axis];
     // Planes of faces across z share cells with the next: every other one at a time.
     const int stride = axis == 2 ? 2 : 1;
-    for (int first = 0; first < stride; ++first)
-#pragma omp parallel
-    {
-      std::vector<double> row(faces.nx());
-#pragma omp for schedule(dynamic)
+    for (int first = 0; first < stride; ++first) {
+      ExceptionCarrier carrier;
+#pragma omp parallel for schedule(dynamic)
       for (int k = first; k < faces.nz(); k += stride)
-        for (int j = 0; j < faces.ny(); ++j) {
-          flow.through_row(axis, j, k, row.data());
-          out[k] += book_row(axis, j, k, row.data(), residual);
-        }
+        carrier.run([&] {
+          std::vector<double> row(faces.nx());
+          for (int j = 0; j < faces.ny(); ++j) {
+            flow.through_row(axis, j, k, row.data());
+            out[k] += book_row(axis, j, k, row.data(), residual);
+          }
+        });
+      carrier.rethrow();
     }
   }
   for (const FaceFlow& f : beyond) {
