@@ -1,6 +1,7 @@
 #include "common/memory.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -50,7 +51,7 @@ class Groups {
   }
 
  private:
-  std::filesystem::path top_ = testing::TempDir() + "archetide_groups";
+  std::filesystem::path top_ = testing::TempDir() + "groups_" + std::to_string(::getpid());
 };
 
 TEST(Memory, TheTightestGroupOfVersion2Counts) {

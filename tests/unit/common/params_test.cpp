@@ -1,6 +1,7 @@
 #include "common/params.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <fstream>
@@ -252,9 +253,9 @@ TEST(Overrides, AbsentTakesAKeyAway) {
 
 TEST(Overrides, AreValidatedLikeTheFile) {
   const std::string text = file_with("");
-  expect_contains(
-      complaints(text, {"material.densty=1"}),
-      "--set material.densty: error: unknown key 'material.densty'\n  did you mean 'material.density'?");
+  expect_contains(complaints(text, {"material.densty=1"}),
+                  "--set material.densty: error: unknown key 'material.densty'\n  did you mean "
+                  "'material.density'?");
   expect_contains(complaints(text, {"material.density=-1"}), "--set material.density: error: ");
   expect_contains(complaints(text, {"body[0].modes=1"}), "there is no body[0]");
   expect_contains(complaints(text, {"name"}), "expected key=value");
@@ -311,7 +312,7 @@ TEST(Parser, TextThatTheParserHoldsImpossibleIsASyntaxError) {
 }
 
 TEST(Parser, EmptyFileLacksItsKeys) {
-  const std::string path = testing::TempDir() + "archetide_empty.toml";
+  const std::string path = testing::TempDir() + "empty_" + std::to_string(::getpid()) + ".toml";
   std::ofstream(path).flush();
   EXPECT_EQ(read_param_file(path), "");
   EXPECT_THROW(Document::read(path, sample_schema()), InputError);
