@@ -343,11 +343,12 @@ void WaterStep::let_flow(double dt, const Coupling& coupling) {
   follow(At::kHalfSolved, At::kFlowBooked);
   const Grid& g = grid_;
   const double speedup = options_.cfl <= kLargestBoundedCfl ? kMostSpeedup : 0.0;
+  copy_values(u_half_, carrier_);
   make_air_divergence_free(g, fluid_.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
-                           u_half_);
-  carry_residual(g, u_half_, dt, fluid_.phi, coupling.solids().cell, residual_);
+                           carrier_);
+  carry_residual(g, carrier_, dt, fluid_.phi, coupling.solids().cell, residual_);
   outflow_ +=
-      take_outflow(g, u_half_, dt, fluid_.phi, coupling.open(), hidden_, open_side_, residual_);
+      take_outflow(g, carrier_, dt, fluid_.phi, coupling.open(), hidden_, open_side_, residual_);
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
@@ -355,10 +356,10 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
   const Grid& g = grid_;
   const Array3<double>& solid = coupling.solids().cell;
   mark_solid_cells(coupling.solids(), solid_cells_);
-  std::swap(fluid_.u, u_half_);
+  std::swap(fluid_.u, carrier_);
   advance_surface(g, fluid_, dt, surface_options(), solid_cells_, step);
+  std::swap(fluid_.u, carrier_);
   move_spray(dt, solid);
-  std::swap(fluid_.u, u_half_);
   measure_held(g, fluid_.phi, solid, held_, residual_);
   const bool particles = fluid_.particles.size() > 0;
   const Array3<double> before = particles ? fluid_.phi : Array3<double>();
@@ -378,9 +379,9 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
   outflow_ += ends.left;
   landings_ = ends.landings;
   if (options_.spray)
-    release_spray(grid_, fluid_.phi, fluid_.u, solid_cells_, options_.particles_per_cell,
+    release_spray(grid_, fluid_.phi, u_half_, solid_cells_, options_.particles_per_cell,
                   fluid_.particles, residual_, fluid_.spray);
-  release_fragments(grid_, fluid_.phi, fluid_.u, solid, residual_, fluid_.spray);
+  release_fragments(grid_, fluid_.phi, u_half_, solid, residual_, fluid_.spray);
 }
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.

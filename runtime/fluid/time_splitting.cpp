@@ -27,6 +27,15 @@ void for_each_row(const Array3<unsigned char>& mask, const Marked& marked, const
 }
 
 // Rows of `count` faces; the compiler makes vector code of these with pointers of their own only.
+void continue_solved(const double* u, const double* old, const unsigned char* solved, double steps,
+                     int count, double* to) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const double later = u[i] + steps * (u[i] - old[i]);
+    to[i] = solved[i] == 1 ? later : to[i];
+  }
+}
+
 void continue_row(const double* u, const double* old, const unsigned char* solved, double steps,
                   int count, double* to) {
 #pragma omp simd
@@ -85,7 +94,7 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
 }
 
 void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
-                      const FaceField<unsigned char>& valid, MacField& u, MacField& out) {
+                      const FaceField<unsigned char>& valid, MacField& u, MacField& carrier) {
   const double per_usual = usual > 0.0 ? 1.0 / usual : 0.0;
   for (int a = 0; a < 3; ++a)
     for_each_row(
@@ -93,10 +102,10 @@ void start_reflection(const MacField& before, double steps, const MacField& push
         [&](std::size_t n, int count) {
           const unsigned char* marks = valid[a].data() + n;
           double* here = u[a].data() + n;
-          continue_row(here, before[a].data() + n, marks, steps, count, out[a].data() + n);
+          continue_solved(here, before[a].data() + n, marks, steps, count, carrier[a].data() + n);
           reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, marks, count, here);
         },
-        [&](std::size_t n, int count) { std::copy_n(u[a].data() + n, count, out[a].data() + n); });
+        [](std::size_t, int) {});
 }
 
 void end_reflection(const MacField& push, double usual, const FaceField<unsigned char>& valid,

@@ -28,8 +28,8 @@ inline double share_without_impact(double size) {
 void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
-/// Both ends of the reflection around the advection of `u` by out: continue_in_time(u, before,
-/// steps, valid, out) and u -= r push where valid != 0 .. A push beyond the `usual` size, m/s, is
+/// Both ends of the reflection around the advection of `u`: carrier = u + steps (u - before) on faces
+/// with valid == 1, elsewhere it stays, and u -= r push where valid != 0 .. A push beyond the `usual` size, m/s, is
 /// an impact's: r falls from 1 to 0 between 1 and 2 times that (0: r = 1 everywhere). Reflected as
 /// a whole, the pushes of films along a wall that flicker between water and air drove them from 10
 /// to 1e8 m/s.
