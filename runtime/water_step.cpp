@@ -19,10 +19,9 @@
 namespace archetide {
 namespace {
 
-// The velocity that carries the surface is bounded in the air: gaps that close squeeze their air
-// out fast, and water that comes there next takes the air's velocity. Beyond CFL 5 water moves
-// through more air than is corrected, and the bound costs volume [D24].
-constexpr double kMostSpeedup = 1.5, kLargestBoundedCfl = 5.0;
+// How much faster the velocity that carries the surface may become in the air where it is made free
+// of divergence, by the fastest of a cell: gaps that close squeeze their air out fast [D24].
+constexpr double kMostSpeedup = 3.0;
 
 // Cells whose larger part is solid: phi is continued into them, particles die there.
 void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask) {
@@ -342,10 +341,9 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
 void WaterStep::let_flow(double dt, const Coupling& coupling) {
   follow(At::kHalfSolved, At::kFlowBooked);
   const Grid& g = grid_;
-  const double speedup = options_.cfl <= kLargestBoundedCfl ? kMostSpeedup : 0.0;
   copy_values(u_half_, carrier_);
-  make_air_divergence_free(g, fluid_.phi, coupling.open(), coupling.valid(), swept_reach(), speedup,
-                           carrier_);
+  make_air_divergence_free(g, fluid_.phi, coupling.open(), coupling.valid(), swept_reach(),
+                           kMostSpeedup, carrier_);
   carry_residual(g, carrier_, dt, fluid_.phi, coupling.solids().cell, residual_);
   outflow_ +=
       take_outflow(g, carrier_, dt, fluid_.phi, coupling.open(), hidden_, open_side_, residual_);

@@ -8,7 +8,7 @@ namespace archetide {
 /// cells within `reach` (m) of the surface: the smallest change of the faces that no pressure was
 /// solved for (solved != 1), the farther from the surface the easier, u += ease grad psi with
 /// psi = 0 beyond, to a relative residual of 1e-3. No face becomes faster than `most_speedup`
-/// times the fastest face of its cells was (0: no bound): pockets that close keep a divergence. A
+/// times the fastest face of its cells was: pockets that close keep a divergence. A
 /// rising surface is carried by this velocity; where it diverges, water is lost or made: waves of
 /// 0.1 m in a tank of 1 m and 32 cells lost 0.7 % in 3 s without this, now less than 0.2 % in 2 s
 /// (`bench_water waves`). Cells that a solid cuts keep what they have. Returns the number of

@@ -20,6 +20,8 @@ constexpr double kLeastArea = 0.02;  // of surface in reach, dx^2, that residual
 constexpr double kMostShift = 0.5;   // of a pass, dx
 constexpr double kWideFrom = 1e-3;   // dx^3, that is worth looking for surface farther away
 constexpr int kPasses = 4, kNear = 1, kWide = 6;  // times the kernel is applied
+constexpr double kMuch = 0.01;                    // dx^3, that is worth another round ..
+constexpr int kRounds = 3, kPassesOfRound = 2;    // .. of near passes and a wide one
 
 }  // namespace
 
@@ -250,9 +252,17 @@ double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
     return std::any_of(cells_.begin(), cells_.end(),
                        [&](int n) { return std::abs(residual[n]) > least; });
   };
-  for (int p = 0; p < kPasses && any(kNothing); ++p)
-    moved += pass(g, solid, kNear, phi, held, residual);
+  const auto near = [&](int passes) {
+    for (int p = 0; p < passes && any(kNothing); ++p)
+      moved += pass(g, solid, kNear, phi, held, residual);
+  };
+  near(kPasses);
   if (any(kWideFrom)) moved += pass(g, solid, kWide, phi, held, residual);
+  // A pocket of air that vanishes within a step leaves more than a shift of half a cell.
+  for (int r = 0; r < kRounds && any(kMuch); ++r) {
+    near(kPassesOfRound);
+    moved += pass(g, solid, kWide, phi, held, residual);
+  }
   measure_held(g, phi, solid, held, residual);  // slopes beside the cells that moved are others
   return moved * g.dx * g.dx * g.dx;
 }
