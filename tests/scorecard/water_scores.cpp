@@ -245,9 +245,8 @@ std::vector<ScoreRow> collapses(const std::vector<int>& grids, double deep) {
       char text[64];
       std::snprintf(text, sizeof text, "%d cells a metre, CFL %g", n, cfl);
       add_violent_rows(r, text, cfl, 1.0, clock.seconds(), rows);
-      const double known = n == 32 ? (cfl < 2.0 ? 1.20 : 1.16) : (cfl < 2.0 ? 3.63 : 1.76);
-      if (n >= 32)
-        rows.back() = known_miss(rows.back(), known,
+      if (n == 64 && cfl < 2.0)
+        rows.back() = known_miss(rows.back(), 1.29,
                                  "fragments of a few cells are thrown faster than jets are");
     }
   return rows;
@@ -261,10 +260,6 @@ std::vector<ScoreRow> pools(int n) {
     char text[64];
     std::snprintf(text, sizeof text, "%d cells a metre, CFL %g", n, cfl);
     add_violent_rows(r, text, cfl, 1.1, clock.seconds(), rows);
-    if (cfl < 2.0)
-      rows.back() = known_miss(rows.back(), 1.21,
-                               "the block closes over the pool's air and squeezes it out along the "
-                               "wall");
     rows.push_back(known_miss(
         score("change of the still pool", text, r.calm_level, 0.0, 1e-8, r.iterations),
         cfl < 2.0 ? 2.9e-5 : 5.9e-5,
