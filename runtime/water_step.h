@@ -91,7 +91,7 @@ class WaterStep {
   /// What narrow faces carry into the next solve beside u_half or u_star.
   const NarrowFlow& narrow_flow() const { return narrow_; }
 
-  /// Markers follow the velocity that carries the surface.
+  /// Markers follow the water at the middle of the step.
   void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
 
   /// Time and the last step, of a tank without water as well; and the rest.

@@ -27,21 +27,13 @@ void for_each_row(const Array3<unsigned char>& mask, const Marked& marked, const
 }
 
 // Rows of `count` faces; the compiler makes vector code of these with pointers of their own only.
-void continue_solved(const double* u, const double* old, const unsigned char* solved, double steps,
-                     int count, double* to) {
+// to = u later where solved, `elsewhere` (may be `to`) where not
+void continue_row(const double* u, const double* old, const unsigned char* solved, double steps,
+                  const double* elsewhere, int count, double* to) {
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
     const double later = u[i] + steps * (u[i] - old[i]);
-    to[i] = solved[i] == 1 ? later : to[i];
-  }
-}
-
-void continue_row(const double* u, const double* old, const unsigned char* solved, double steps,
-                  int count, double* to) {
-#pragma omp simd
-  for (int i = 0; i < count; ++i) {
-    const double change = u[i] - old[i];
-    to[i] = u[i] + steps * (solved[i] == 1 ? change : 0.0);
+    to[i] = solved[i] == 1 ? later : elsewhere[i];
   }
 }
 
@@ -87,7 +79,7 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
     for_each_row(
         valid[a],
         [&](std::size_t n, int count) {
-          continue_row(u + n, old + n, valid[a].data() + n, steps, count, to + n);
+          continue_row(u + n, old + n, valid[a].data() + n, steps, u + n, count, to + n);
         },
         [&](std::size_t n, int count) { std::copy_n(u + n, count, to + n); });
   }
@@ -101,8 +93,8 @@ void start_reflection(const MacField& before, double steps, const MacField& push
         valid[a],
         [&](std::size_t n, int count) {
           const unsigned char* marks = valid[a].data() + n;
-          double* here = u[a].data() + n;
-          continue_solved(here, before[a].data() + n, marks, steps, count, carrier[a].data() + n);
+          double *here = u[a].data() + n, *ahead = carrier[a].data() + n;
+          continue_row(here, before[a].data() + n, marks, steps, ahead, count, ahead);
           reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, marks, count, here);
         },
         [](std::size_t, int) {});

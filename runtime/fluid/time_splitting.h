@@ -28,11 +28,11 @@ inline double share_without_impact(double size) {
 void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
-/// Both ends of the reflection around the advection of `u`: carrier = u + steps (u - before) on faces
-/// with valid == 1, elsewhere it stays, and u -= r push where valid != 0 .. A push beyond the `usual` size, m/s, is
-/// an impact's: r falls from 1 to 0 between 1 and 2 times that (0: r = 1 everywhere). Reflected as
-/// a whole, the pushes of films along a wall that flicker between water and air drove them from 10
-/// to 1e8 m/s.
+/// Both ends of the reflection around the advection of `u`: carrier = u + steps (u - before) on
+/// faces with valid == 1, elsewhere it stays, and u -= r push where valid != 0 .. A push beyond the
+/// `usual` size, m/s, is an impact's: r falls from 1 to 0 between 1 and 2 times that (0: r = 1
+/// everywhere). Reflected as a whole, the pushes of films along a wall that flicker between water
+/// and air drove them from 10 to 1e8 m/s.
 void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
                       const FaceField<unsigned char>& valid, MacField& u, MacField& out);
 /// .. and, with u advected to u_star, u += r push where valid != 0 and u_star += (1 + r) push where
