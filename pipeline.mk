@@ -35,7 +35,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard fuzz mutate faults sanitize new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -47,7 +47,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate faults sanitize demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -126,6 +126,11 @@ mutate: deps
 	$(call archetide_compile,mutate archetide-precompute archetide-sim)
 	'$(BUILD)/bin/mutate' '$(BUILD)/bin' '$(ARCHETIDE_ROOT)assets' '$(OUT)/mutate' --seed '$(SEED)' --seconds '$(FUZZ_SECONDS)'
 
+# Whether the fast tests notice a line that was changed: COUNT lines, hours.
+mutations: deps
+	JOBS='$(JOBS)' sh '$(ARCHETIDE_ROOT)tests/mutation/run_mutations.sh' '$(or $(ARCHETIDE_ROOT),.)' '$(OUT)/mutations' \
+	  '$(or $(COUNT),200)' '$(SEED)'
+
 # Kills, signals, full disks, little memory, strange clocks, names and languages: a table. QUICK=1: a tenth of the trials.
 faults: deps
 	$(call archetide_compile,faults archetide-precompute archetide-sim)
@@ -182,7 +187,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate faults sanitize demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -347,5 +352,6 @@ help:
 	@echo '  fuzz         random inputs for every reader, FUZZ_SECONDS=60 each, TARGETS="ply scene"'
 	@echo '  mutate       random mistakes in command lines and files, FUZZ_SECONDS=60, SEED=1'
 	@echo '  faults       kills, signals, full disks, little memory, odd names: a table; QUICK=1, ROWS="kill-run"'
+	@echo '  mutations    whether the fast tests notice a changed line: COUNT=200, SEED=1; hours'
 	@echo '  sanitize     fast tests with checks of memory and undefined behaviour (clang)'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

@@ -71,7 +71,7 @@ endif()
 add_library(archetide_fuzz_targets STATIC
   tests/fuzz/text_targets.cpp tests/fuzz/stored_targets.cpp tests/fuzz/field_edits.cpp
   precompute/recipe.cpp precompute/regions.cpp precompute/tet_io.cpp precompute/vtu_read.cpp precompute/msh_read.cpp
-  precompute/medit_read.cpp)
+  precompute/medit_read.cpp precompute/repair_names.cpp)
 target_link_libraries(archetide_fuzz_targets PUBLIC archetide_scene archetide_test_support)
 archetide_use_precompiled(archetide_fuzz_targets archetide_headers)
 archetide_tests(test_fuzz fuzz archetide_fuzz_targets)
