@@ -35,7 +35,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -47,7 +47,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -57,11 +57,14 @@ ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev
   libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
 
+# What fuzz and sanitize need besides: clang has the fuzzer.
+ARCHETIDE_CLANG_PACKAGES := clang libomp-dev
+
 # Installs the Debian packages that are missing; does nothing when all are there.
 deps:
 	@command -v dpkg-query >/dev/null || { echo "deps: this is not Debian; install by hand:" \
 	  "$(ARCHETIDE_PACKAGES)" >&2; exit 1; }; \
-	missing=""; for p in $(ARCHETIDE_PACKAGES); do \
+	missing=""; for p in $(ARCHETIDE_PACKAGES) $(ALSO); do \
 	  dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q ' installed$$' || missing="$$missing $$p"; done; \
 	[ -n "$$missing" ] || exit 0; \
 	echo "deps: installing$$missing"; \
@@ -87,10 +90,51 @@ check: deps
 	$(call archetide_compile)
 	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L fast --output-on-failure -j$(JOBS)
 
-# All that CI leaves out, hours: slow tests (random scenes, validation) and every row of the scorecard.
+# All that CI leaves out, hours: slow tests (random scenes, validation), every row of the scorecard, and the attacks.
 nightly: check
 	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' faults mutate sanitize fuzz
+
+# ---- Attacks --------------------------------------------------------------------------------------------------------
+
+# Seconds of each fuzzer, and of mutate; SEED: of mutate and faults.
+FUZZ_SECONDS ?= 60
+SEED ?= 1
+# All of ours but precompute's meshers, compiled by clang so that it checks memory and undefined behaviour as it runs.
+ARCHETIDE_CHECKED = $(BUILD)-address
+define archetide_compile_checked
++$(ARCHETIDE_MAKE) deps ALSO='$(ARCHETIDE_CLANG_PACKAGES)'
+CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(ARCHETIDE_CHECKED)' -DARCHETIDE_PRECOMPUTE=OFF \
+  -DARCHETIDE_SANITIZE=address -DARCHETIDE_FUZZ=ON -DARCHETIDE_NATIVE=OFF
+cmake --build '$(ARCHETIDE_CHECKED)' --parallel $(JOBS) $(1)
+endef
+
+# Random inputs for every reader, guided by what they reach: OUT/fuzz; TARGETS='ply scene': only these.
+fuzz:
+	$(call archetide_compile_checked,--target fuzzers)
+	FUZZ_SECONDS='$(FUZZ_SECONDS)' sh '$(ARCHETIDE_ROOT)tests/fuzz/run_fuzzers.sh' '$(ARCHETIDE_CHECKED)/bin' \
+	  '$(ARCHETIDE_ROOT)tests/fuzz/corpus' '$(OUT)/fuzz' $(TARGETS)
+
+# The fast tests, checked while they run. Leaks are not looked for: libraries keep memory to the end.
+sanitize:
+	$(call archetide_compile_checked,)
+	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(ARCHETIDE_CHECKED)' -L fast --output-on-failure -j$(JOBS)
+
+# Command lines and files with random mistakes in them: exit codes, messages, time and memory.
+mutate: deps
+	$(call archetide_compile,mutate archetide-precompute archetide-sim)
+	'$(BUILD)/bin/mutate' '$(BUILD)/bin' '$(ARCHETIDE_ROOT)assets' '$(OUT)/mutate' --seed '$(SEED)' --seconds '$(FUZZ_SECONDS)'
+
+# Whether the fast tests notice a line that was changed: COUNT lines, hours.
+mutations: deps
+	JOBS='$(JOBS)' sh '$(ARCHETIDE_ROOT)tests/mutation/run_mutations.sh' '$(or $(ARCHETIDE_ROOT),.)' '$(OUT)/mutations' \
+	  '$(or $(COUNT),200)' '$(SEED)'
+
+# Kills, signals, full disks, little memory, strange clocks, names and languages: a table. QUICK=1: a tenth of the trials.
+faults: deps
+	$(call archetide_compile,faults archetide-precompute archetide-sim)
+	'$(BUILD)/bin/faults' '$(BUILD)/bin' '$(OUT)/faults' $(if $(QUICK),--quick) --seed '$(SEED)' $(ROWS)
 
 # Archetypes and runs need the programs to exist; they do not grow stale because a program is newer.
 $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
@@ -143,7 +187,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -304,5 +348,10 @@ help:
 	@echo '  measurements everything measured, as docs/measurements.md; QUICK=1: what takes seconds, SLOW=1: what takes hours too'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
 	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
-	@echo '  nightly      check, every slow test and the whole scorecard; takes hours'
+	@echo '  nightly      check, every slow test, the whole scorecard and the attacks below; takes hours'
+	@echo '  fuzz         random inputs for every reader, FUZZ_SECONDS=60 each, TARGETS="ply scene"'
+	@echo '  mutate       random mistakes in command lines and files, FUZZ_SECONDS=60, SEED=1'
+	@echo '  faults       kills, signals, full disks, little memory, odd names: a table; QUICK=1, ROWS="kill-run"'
+	@echo '  mutations    whether the fast tests notice a changed line: COUNT=200, SEED=1; hours'
+	@echo '  sanitize     fast tests with checks of memory and undefined behaviour (clang)'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'

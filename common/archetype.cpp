@@ -8,6 +8,7 @@
 #include "common/field_io.h"
 #include "common/hdf5_file.h"
 #include "common/input_error.h"
+#include "common/matter.h"
 #include "common/sha256.h"
 #include "common/skin.h"
 #include "common/swelling.h"
@@ -195,7 +196,8 @@ void demand_shape(const MatX& m, Eigen::Index rows, Eigen::Index cols, const cha
 }
 
 void validate_material(const Archetype& a) {
-  demand_field(a.density > 0 && std::isfinite(a.density), "density", "not positive");
+  demand_field(a.density >= kLeastDensity && a.density <= kLargestDensity, "density",
+               "not that of matter (1e-9 to 1e12 kg/m^3)");
   demand_field(a.young > 0 && std::isfinite(a.young), "young", "not positive");
   demand_field(a.poisson > -1 && a.poisson < 0.5, "poisson", "not in (-1, 0.5)");
   demand_field(a.alpha >= 0 && std::isfinite(a.alpha), "alpha", "negative");

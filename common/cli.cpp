@@ -170,6 +170,7 @@ void flush_standard_output() {
 
 int guarded_main(const std::function<int()>& program) {
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
+  std::signal(SIGPIPE, SIG_IGN);  // and one that nobody reads; a run goes on without its log
   try {
     const int code = program();
     flush_standard_output();

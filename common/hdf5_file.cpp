@@ -246,6 +246,36 @@ void Hdf5Writer::commit() {
 
 // ---- reading ----------------------------------------------------------------------------------
 
+namespace {
+
+/// One item: there is room for no more where it goes.
+bool is_single(hid_t space) { return H5Sget_simple_extent_npoints(space) == 1; }
+
+/// Whether every part of the name "a/b/c" is in this file itself: links lead to other files.
+bool stands_in_file(hid_t file, const std::string& name) {
+  for (std::size_t end = 0; end != name.npos;) {
+    end = name.find('/', end + 1);
+    H5L_info_t info;
+    if (H5Lget_info(file, name.substr(0, end).c_str(), &info, H5P_DEFAULT) < 0 ||
+        info.type != H5L_TYPE_HARD)
+      return false;
+  }
+  return true;
+}
+
+/// Numbers one after the other, as our files hold them: not packed, not in other files, nor put
+/// together from other data sets.
+bool is_plain(hid_t set) {
+  const Handle creation(H5Dget_create_plist(set), H5Pclose);
+  if (!creation.valid() || H5Pget_external_count(creation.id()) != 0 ||
+      H5Pget_nfilters(creation.id()) != 0)
+    return false;
+  const H5D_layout_t layout = H5Pget_layout(creation.id());
+  return layout == H5D_CONTIGUOUS || layout == H5D_COMPACT;
+}
+
+}  // namespace
+
 Hdf5Reader::Hdf5Reader(const std::string& path, std::string advice)
     : path_(path), advice_(std::move(advice)) {
   prepare_library();
@@ -270,8 +300,10 @@ void Hdf5Reader::fail(const std::string& what) const {
 }
 
 DataArray Hdf5Reader::read(const std::string& name) const {
+  if (!stands_in_file(id_, name)) fail("field " + name + " is missing or damaged");
   const Handle set(H5Dopen2(id_, name.c_str(), H5P_DEFAULT), H5Dclose);
   if (!set.valid()) fail("field " + name + " is missing or damaged");
+  if (!is_plain(set.id())) fail("field " + name + " is not stored as plain numbers in this file");
   const Handle stored(H5Dget_type(set.id()), H5Tclose);
   const Handle space(H5Dget_space(set.id()), H5Sclose);
 
@@ -280,6 +312,7 @@ DataArray Hdf5Reader::read(const std::string& name) const {
   const H5T_class_t kind = H5Tget_class(stored.id());
   const std::size_t size = H5Tget_size(stored.id());
   if (kind == H5T_STRING && H5Tis_variable_str(stored.id()) == 0) {
+    if (!is_single(space.id())) fail("field " + name + " holds more than one text");
     data.type = Type::kText;
     data.shape = {size};
   } else {
@@ -332,6 +365,8 @@ std::string Hdf5Reader::text_attribute(const std::string& name) const {
   if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0) {
     fail("attribute " + name + " is not a text");
   }
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  if (!is_single(space.id())) fail("attribute " + name + " holds more than one text");
   std::string text(H5Tget_size(type.id()), '\0');
   if (text.size() > file_bytes_ || H5Aread(attribute.id(), type.id(), text.data()) < 0) {
     fail("attribute " + name + " cannot be read");
@@ -343,7 +378,9 @@ std::string Hdf5Reader::text_attribute(const std::string& name) const {
 int Hdf5Reader::int_attribute(const std::string& name) const {
   const Handle attribute(H5Aopen(id_, name.c_str(), H5P_DEFAULT), H5Aclose);
   int value = 0;
-  if (!attribute.valid() || H5Aread(attribute.id(), H5T_NATIVE_INT, &value) < 0) {
+  if (!attribute.valid()) fail("attribute " + name + " is missing");
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  if (!is_single(space.id()) || H5Aread(attribute.id(), H5T_NATIVE_INT, &value) < 0) {
     fail("attribute " + name + " is missing or not a number");
   }
   return value;

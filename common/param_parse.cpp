@@ -42,7 +42,7 @@ void convert_table(const toml::table& in, const std::string& file, ParamNode& ou
   for (const auto& [key, value] : in) {
     ParamNode child = convert(value, file);
     child.key_where = location(key.source(), file);
-    out.entries.emplace_back(std::string(key.str()), std::move(child));
+    out.entries.push_back({std::string(key.str()), std::move(child)});
   }
   std::stable_sort(out.entries.begin(), out.entries.end(), [](const auto& a, const auto& b) {
     const SourceLocation &x = a.second.key_where, &y = b.second.key_where;

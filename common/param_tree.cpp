@@ -63,7 +63,7 @@ ParamNode& child_or_new(ParamNode& table, const std::string& name, const SourceL
   if (ParamNode* child = table.find(name)) return *child;
   ParamNode child;
   child.where = child.key_where = where;
-  table.entries.emplace_back(name, child);
+  table.entries.push_back({name, child});
   return table.entries.back().second;
 }
 

@@ -9,6 +9,8 @@
 
 namespace archetide {
 
+struct ParamEntry;
+
 /// A parsed TOML value with the place it came from: what schema.h validates and params.h looks up.
 struct ParamNode {
   enum class Kind { kBool, kInteger, kNumber, kString, kDate, kArray, kTable };
@@ -17,15 +19,21 @@ struct ParamNode {
   std::int64_t integer = 0;
   double number = 0.0;  // of kNumber, and of kInteger as a double
   std::string string;
-  std::vector<ParamNode> items;                            // kArray
-  std::vector<std::pair<std::string, ParamNode>> entries;  // kTable, by place in the file
-  SourceLocation where;                                    // of the value
-  SourceLocation key_where;                                // of its key
+  std::vector<ParamNode> items;     // kArray
+  std::vector<ParamEntry> entries;  // kTable, by place in the file
+  SourceLocation where;             // of the value
+  SourceLocation key_where;         // of its key
 
   const ParamNode* find(const std::string& name) const;
   ParamNode* find(const std::string& name);
   /// A list (not empty) with nothing but tables in it.
   bool is_table_list() const;
+};
+
+/// A key of a table and its value.
+struct ParamEntry {
+  std::string first;
+  ParamNode second;
 };
 
 /// Parses TOML. `file` names the text in errors. Throws InputError with file:line:column.

@@ -1,5 +1,8 @@
 #include "common/state_file.h"
 
+#include <cmath>
+#include <cstring>
+
 #include "common/check.h"
 #include "common/input_error.h"
 
@@ -15,7 +18,35 @@ void add_to_hash(Sha256& hash, const std::string& name, const DataArray& data) {
   hash.update(data.bytes.data(), data.bytes.size());
 }
 
+template <class T>
+bool all_finite(const std::vector<char>& bytes) {
+  for (std::size_t at = 0; at + sizeof(T) <= bytes.size(); at += sizeof(T)) {
+    T value;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+// What spoils everything that it meets.
+bool has_non_numbers(const DataArray& data) {
+  if (data.type == DataArray::Type::kFloat64) return !all_finite<double>(data.bytes);
+  return data.type == DataArray::Type::kFloat32 && !all_finite<float>(data.bytes);
+}
+
+// What a run has not measured yet is NaN in its own records.
+bool may_be_unset(const std::string& name) {
+  return name.starts_with("limits/") || name.starts_with("expect/") || name.starts_with("run/");
+}
+
 }  // namespace
+
+DataArray StateArchive::checked(const std::string& name) {
+  DataArray data = load(name);
+  if (has_non_numbers(data) && !may_be_unset(name))
+    fail("field " + name + " holds something that is not a number");
+  return data;
+}
 
 StateWriter::StateWriter(const std::string& path, const std::string& format, int version)
     : path_(path), file_(path) {

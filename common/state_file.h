@@ -42,6 +42,8 @@ class StateArchive {
   virtual DataArray load(const std::string& name) = 0;
 
  private:
+  /// load(), without infinities and the like.
+  DataArray checked(const std::string& name);
   template <class T>
   static constexpr Type type_of();
   template <class T>
@@ -110,7 +112,7 @@ void StateArchive::write_items(const std::string& name, const T* data, Shape sha
 // `columns` numbers an item; room(items) makes room and says where the numbers go.
 template <class T, class Room>
 void StateArchive::read_items(const std::string& name, std::size_t columns, const Room& room) {
-  const DataArray data = load(name);
+  const DataArray data = checked(name);
   if (data.type != type_of<T>() || data.bytes.size() % (columns * sizeof(T)) != 0)
     fail("field " + name + " is not what this program writes");
   T* to = room(data.bytes.size() / (columns * sizeof(T)));
@@ -171,7 +173,8 @@ void StateArchive::field(const std::string& name, T& x) {
     }
     field(name + "_sizes", sizes);
     field(name, all);
-    if (std::accumulate(sizes.begin(), sizes.end(), Eigen::Index{0}) != all.size())
+    const bool negative = std::any_of(sizes.begin(), sizes.end(), [](int n) { return n < 0; });
+    if (negative || std::accumulate(sizes.begin(), sizes.end(), Eigen::Index{0}) != all.size())
       fail("field " + name + " does not have its sizes");
     x.resize(sizes.size());
     Eigen::Index at = 0;

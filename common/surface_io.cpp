@@ -53,11 +53,14 @@ void check_indices(const SurfaceFile& file) {
 bool is_surface_file(const std::string& path) { return reader_for(path) != nullptr; }
 
 SurfaceFile read_surface(const std::string& path) {
+  return parse_surface(path, reader_for(path) ? read_bytes(path) : std::string());
+}
+
+SurfaceFile parse_surface(const std::string& path, std::string_view bytes) {
   const Reader read = reader_for(path);
   if (!read) refuse(path, 0, "unknown kind of surface file", "use .obj, .off, .ply or .stl");
   SurfaceFile file;
   file.path = path;
-  const std::string bytes = read_bytes(path);
   read(bytes, file);
   check_indices(file);
   if (file.mesh.triangles.empty()) refuse(path, 0, "no faces in this file");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/tri_mesh.h"
@@ -23,5 +24,8 @@ bool is_surface_file(const std::string& path);
 /// Reads an OBJ, OFF, PLY (ASCII or binary) or STL (ASCII or binary) file. Throws FileError when it
 /// is missing, InputError with the line (or the element) when it cannot be understood.
 SurfaceFile read_surface(const std::string& path);
+
+/// The same from the bytes of a file; `path` gives its kind and names it in errors.
+SurfaceFile parse_surface(const std::string& path, std::string_view bytes);
 
 }  // namespace archetide

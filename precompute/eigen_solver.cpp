@@ -2,11 +2,17 @@
 
 #include <arpack/arpack.h>
 #include <dlfcn.h>
+#include <sys/mman.h>
 
 #include <cmath>
 
 #include "common/check.h"
 #include "common/input_error.h"
+
+extern "C" void dgemm_(const char* transpose_a, const char* transpose_b, const int* m, const int* n,
+                       const int* k, const double* alpha, const double* a, const int* lda,
+                       const double* b, const int* ldb, const double* beta, double* c,
+                       const int* ldc);
 
 namespace archetide {
 namespace {
@@ -127,6 +133,26 @@ EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
   return result;
 }
 
+namespace {
+
+/// OpenBLAS tries for ever to map its working buffer when it cannot. So it maps it here, behind a
+/// trial that can fail, and keeps it: on one thread it needs no other.
+void take_working_buffer() {
+  constexpr std::size_t kBuffer = std::size_t{129} << 20;  // bytes: its BUFFER_SIZE, and some pages
+  void* room = ::mmap(nullptr, kBuffer, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room == MAP_FAILED)
+    throw MachineError("no memory for the working buffer of OpenBLAS (129 MiB); raise ulimit -v");
+  ::munmap(room, kBuffer);
+  constexpr int n = 64;  // smaller products need no buffer
+  const MatX a = MatX::Ones(n, n);
+  MatX c(n, n);
+  const double one = 1.0, zero = 0.0;
+  dgemm_("N", "N", &n, &n, &n, &one, a.data(), &n, a.data(), &n, &zero, c.data(), &n);
+  ARCHETIDE_CHECK_OP(c(0, 0), ==, n);
+}
+
+}  // namespace
+
 BlasInfo prepare_blas() {
   using Config = char* (*)();
   using SetThreads = void (*)(int);
@@ -135,7 +161,10 @@ BlasInfo prepare_blas() {
       reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
   if (set_threads) set_threads(1);
   Eigen::setNbThreads(1);
-  if (config) return {config(), false};
+  if (config) {
+    take_working_buffer();
+    return {config(), false};
+  }
   if (dlsym(RTLD_DEFAULT, "MKL_Get_Version_String")) return {"MKL", false};
   if (dlsym(RTLD_DEFAULT, "bli_info_get_version_str")) return {"BLIS", false};
   return {"reference BLAS", true};

@@ -6,6 +6,7 @@
 
 #include "common/byte_stream.h"
 #include "common/input_error.h"
+#include "common/matter.h"
 #include "common/params.h"
 
 namespace archetide {
@@ -157,7 +158,7 @@ Keys solid_keys() {
       {.path = "material.density",
        .type = kNumber,
        .unit = "kg/m^3",
-       .range = above(0),
+       .range = between(kLeastDensity, kLargestDensity),
        .fallback = "required",
        .meaning = "mass density"},
       {.path = "material.young",
@@ -183,7 +184,7 @@ Keys solid_keys() {
       {.path = "material_region[].density",
        .type = kNumber,
        .unit = "kg/m^3",
-       .range = above(0),
+       .range = between(kLeastDensity, kLargestDensity),
        .fallback = "required",
        .meaning = "mass density"},
       {.path = "material_region[].young",
@@ -495,8 +496,9 @@ const Schema& body_schema() {
   return schema;
 }
 
-Recipe read_recipe(const std::string& path) {
-  const std::string text = read_param_file(path);
+Recipe read_recipe(const std::string& path) { return parse_recipe(read_param_file(path), path); }
+
+Recipe parse_recipe(const std::string& text, const std::string& path) {
   const bool is_skin = parse_param_text(text, path).find("skin") != nullptr;
   // A skin has no material.
   const Document document =

@@ -52,4 +52,7 @@ const Schema& body_schema();
 /// Throws FileError when the file cannot be read, InputError with all that is wrong in it.
 Recipe read_recipe(const std::string& path);
 
+/// The same from text; `path` names it in errors and anchors relative paths.
+Recipe parse_recipe(const std::string& text, const std::string& path);
+
 }  // namespace archetide

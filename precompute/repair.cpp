@@ -178,11 +178,6 @@ TriMesh repaired_mesh(const SurfaceFile& file, const TriMesh& input, double scal
 
 }  // namespace
 
-const char* name_of(Repair kind) {
-  constexpr const char* kNames[] = {"none", "fill", "union", "wrap"};
-  return kNames[static_cast<int>(kind)];
-}
-
 SurfaceFile repair_surface(const SurfaceFile& file, double scale, const RepairOptions& options,
                            RepairReport& report) {
   report = {};

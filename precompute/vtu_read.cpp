@@ -13,7 +13,7 @@ namespace {
 /// The file and what its head says.
 struct Vtu {
   const std::string& path;
-  const std::string& text;
+  const std::string text;
   std::size_t appended = std::string::npos;  // first byte behind the '_'
   bool appended_base64 = false;
   std::size_t length_bytes = 4;  // of the number before each binary array
@@ -145,11 +145,18 @@ void read_head(Vtu& file) {
     file.refuse("several pieces", "merge them into one");
 }
 
+/// A number of a cell or node: they are read as doubles, whatever their type.
+template <class T>
+T whole(const Vtu& file, double value) {
+  if (!(value >= 0.0 && value < 2147483648.0))
+    file.refuse("a cell holds a number that is no index");
+  return static_cast<T>(value);
+}
+
 }  // namespace
 
-TetFile read_vtu(const std::string& path) {
-  const std::string text = read_whole_file(path);
-  Vtu vtu{path, text};
+TetFile parse_vtu(const std::string& path, std::string_view bytes) {
+  Vtu vtu{path, std::string(bytes)};
   read_head(vtu);
   TetFile file;
   file.coordinates = array_of(vtu, "Points", "");
@@ -159,16 +166,16 @@ TetFile read_vtu(const std::string& path) {
                             types = array_of(vtu, "Cells", "types");
   constexpr int kTetra = 10, kLastOfLowerDimension = 9;
   for (std::size_t c = 0; c < types.size() && c < ends.size(); ++c) {
-    const int type = static_cast<int>(types[c]);
+    const int type = whole<int>(vtu, types[c]);
     if (type <= kLastOfLowerDimension) continue;
     if (type != kTetra)
       vtu.refuse("cells of VTK type " + std::to_string(type) + " are not supported",
                  "export linear tetrahedra (type 10)");
-    const auto end = static_cast<std::size_t>(ends[c]);
+    const auto end = whole<std::size_t>(vtu, ends[c]);
     if (end < 4 || end > connectivity.size())
       vtu.refuse("cell " + std::to_string(c + 1) + " has no four corners");
     for (std::size_t k = end - 4; k < end; ++k)
-      file.corners.push_back(static_cast<std::size_t>(connectivity[k]));
+      file.corners.push_back(whole<std::size_t>(vtu, connectivity[k]));
   }
   if (file.corners.empty()) vtu.refuse("no tetrahedra in this file", "save the volume mesh");
   return file;

@@ -1,5 +1,7 @@
 #include "runtime/body_state.h"
 
+#include <cmath>
+
 namespace archetide {
 namespace {
 
@@ -23,6 +25,9 @@ void each_item(StateArchive& a, const std::string& name, ContactForces& forces, 
   std::vector<T> list;
   for (ContactForce& f : forces) list.push_back(get(f));
   a.field(name, list);
+  // The first list gives their number.
+  if (a.reading() && !forces.empty() && list.size() != forces.size())
+    a.fail("field " + name + " is of another number of contacts");
   forces.resize(list.size());
   for (std::size_t n = 0; n < list.size(); ++n) get(forces[n]) = list[n];
 }
@@ -38,10 +43,15 @@ void body_fields(StateArchive& a, const std::string& name, std::vector<ReducedBo
   each<Vec3>(a, name + "/L", bodies, [](Body& b) -> Vec3& { return b.L; });
   each<VecX>(a, name + "/q", bodies, [](Body& b) -> VecX& { return b.q; });
   each<VecX>(a, name + "/q_dot", bodies, [](Body& b) -> VecX& { return b.q_dot; });
+  constexpr double kRoundOff = 1e-6;
+  for (const Body& b : bodies)
+    if (std::abs(b.rotation.norm() - 1.0) > kRoundOff)
+      a.fail("field " + name + "/rotation holds something that is no rotation");
 }
 
 void contact_fields(StateArchive& a, const std::string& name, ContactForces& forces) {
   using Force = ContactForce;
+  if (a.reading()) forces.clear();
   each_item<int>(a, name + "/a", forces, [](Force& f) -> int& { return f.a; });
   each_item<int>(a, name + "/b", forces, [](Force& f) -> int& { return f.b; });
   each_item<int>(a, name + "/sample", forces, [](Force& f) -> int& { return f.sample; });

@@ -15,6 +15,9 @@ void visit_bodies(SimulationState& s, StateArchive& a) {
   body_fields(a, "bodies", s.bodies);
   a.field("bodies/water_impulse", s.water_impulse);
   a.field("bodies/water_angular_impulse", s.water_angular_impulse);
+  if (s.water_impulse.size() != s.bodies.size() ||
+      s.water_angular_impulse.size() != s.bodies.size())
+    a.fail("the impulses of the water are of another number of bodies");
 }
 
 // With one solve a step the surface moves before there is a new geometry.
@@ -44,7 +47,7 @@ void visit_state(SimulationState& s, StateArchive& a) {
     contact_fields(a, "contact/velocity", s.body_contacts->memory.velocity);
   }
   visit_water(s, a);
-  s.coupling.visit_state(a);
+  s.coupling.visit_state(a, s.bodies);
 }
 
 }  // namespace archetide

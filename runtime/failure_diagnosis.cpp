@@ -70,6 +70,8 @@ void demand_finite(const std::vector<ReducedBody>& bodies, const FluidState& flu
   if (!std::isfinite(r.water_kinetic) || !std::isfinite(r.max_speed))
     throw SimulationFailure("finite", "the water is no longer finite", r.t,
                             {-1, -1, broken_cell(fluid)});
+  if (!std::isfinite(r.energy()))
+    throw SimulationFailure("finite", "the energy is no longer finite", r.t, {});
 }
 
 SimulationFailure step_failure(const SimulationState& s, double dt, const StepAttempt& attempt) {

@@ -146,6 +146,7 @@ std::vector<ReducedBody> Simulation::all_bodies() const {
   all.insert(all.end(), state_->waiting.begin(), state_->waiting.end());
   return all;
 }
+int Simulation::late_bodies() const { return state_->late; }
 const std::vector<SkinnedBodies>& Simulation::skins() const { return state_->skins; }
 const Coupling& Simulation::coupling() const { return state_->coupling; }
 const std::vector<TriMesh>& Simulation::obstacles() const { return state_->obstacles; }

@@ -50,6 +50,8 @@ class Simulation {
   std::vector<ReducedBody>& bodies();
   /// And those that will, as they will appear.
   std::vector<ReducedBody> all_bodies() const;
+  /// How many of them were due at the last step and wait: another body stands in the place.
+  int late_bodies() const;
   const std::vector<SkinnedBodies>& skins() const;
   /// Geometry and pressure system of the last solve.
   const Coupling& coupling() const;

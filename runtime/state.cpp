@@ -1,5 +1,9 @@
 #include "runtime/state.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/contact/overlap.h"
 #include "runtime/contact_setup.h"
 
 namespace archetide {
@@ -16,6 +20,20 @@ CouplingOptions coupling_options(const SimulationOptions& o, const WaterStep& wa
   c.solve = {o.tolerance, o.max_iterations};
   c.walls = wall_options(o, 0.0);
   return c;
+}
+
+// A body does not appear inside another one: contact would fling both away. It waits until the
+// place is free, and those behind it in the line wait too.
+bool place_is_free(const SimulationState& s, std::size_t n) {
+  if (!s.body_contacts || s.release[n] <= 0.0) return true;
+  const double cell = s.has_tank() ? s.options.grid.dx : INFINITY;
+  const ReducedBody& next = s.waiting[n];
+  const auto in_the_way = [&](const ReducedBody& b) {
+    return overlap_depth(b, next) > deepest_start(b, next, cell);
+  };
+  const auto before = s.waiting.begin() + static_cast<std::ptrdiff_t>(n);  // that appear with it
+  return std::none_of(s.bodies.begin(), s.bodies.end(), in_the_way) &&
+         std::none_of(s.waiting.begin(), before, in_the_way);
 }
 
 }  // namespace
@@ -46,12 +64,15 @@ void prepare(SimulationState& s) {
 
 void admit_bodies(SimulationState& s) {
   constexpr double kSameTime = 1e-9;  // s
+  const auto due = std::upper_bound(s.release.begin(), s.release.end(), s.time() + kSameTime);
+  const auto most = static_cast<std::size_t>(due - s.release.begin());
   std::size_t n = 0;
-  while (n < s.waiting.size() && s.release[n] <= s.time() + kSameTime) {
+  while (n < most && place_is_free(s, n)) {
     const ReducedBody& body = s.waiting[n++];
     s.budget.add_appearing_energy(kinetic_energy(body) + elastic_energy(body) -
                                   body_mass(body) * s.options.gravity.dot(body.position));
   }
+  s.late = static_cast<int>(most - n);
   if (n > 0) admit(s, n);
 }
 

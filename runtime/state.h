@@ -33,6 +33,7 @@ struct SimulationState {
   std::vector<ReducedBody> bodies;   // that have appeared: poses, momenta, q and q_dot
   std::vector<ReducedBody> waiting;  // to appear, in order
   std::vector<double> release;       // s, of those that wait
+  int late = 0;                      // of those, at the last step: another body is in the place
   const std::vector<TriMesh> obstacles;
   const std::vector<Joint> joints;
   const std::vector<SkinnedBodies> skins;
@@ -57,7 +58,7 @@ struct SimulationState {
 /// First look at the scene: fractions, a clean level set, particles.
 void prepare(SimulationState& s);
 
-/// Bodies whose time has come join the others.
+/// Bodies whose time has come, and whose place is free, join the others.
 void admit_bodies(SimulationState& s);
 /// The first n of those that wait join the others.
 void admit(SimulationState& s, std::size_t n);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 
 #include "common/check.h"
@@ -139,7 +140,23 @@ std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
   return flow;
 }
 
-void visit_flow(StateArchive& a, std::vector<FaceFlow>& flow) {
+// Lists of one thing's properties have one length.
+void demand_one_length(const StateArchive& a, const std::string& what,
+                       std::initializer_list<std::size_t> sizes) {
+  for (const std::size_t size : sizes)
+    if (size != *sizes.begin()) a.fail("the lists of " + what + " are not of one length");
+}
+
+void demand_faces(const StateArchive& a, const std::string& name, const MacField& u,
+                  const std::vector<signed char>& axis, const std::vector<std::int64_t>& face) {
+  for (std::size_t n = 0; n < axis.size(); ++n) {
+    const bool there = axis[n] >= 0 && axis[n] < 3 && face[n] >= 0 &&
+                       static_cast<std::size_t>(face[n]) < u[axis[n]].size();
+    if (!there) a.fail("field " + name + " names a face that the tank has not");
+  }
+}
+
+void visit_flow(StateArchive& a, const MacField& u, std::vector<FaceFlow>& flow) {
   std::vector<signed char> axis;
   std::vector<std::int64_t> face;
   std::vector<double> beyond;
@@ -152,6 +169,8 @@ void visit_flow(StateArchive& a, std::vector<FaceFlow>& flow) {
   a.field("water/hidden_face", face);
   a.field("water/hidden_beyond", beyond);
   if (!a.reading()) return;
+  demand_one_length(a, "hidden flow", {axis.size(), face.size(), beyond.size()});
+  demand_faces(a, "water/hidden_face", u, axis, face);
   flow.clear();
   for (std::size_t n = 0; n < axis.size(); ++n)
     flow.push_back({axis[n], static_cast<std::size_t>(face[n]), beyond[n]});
@@ -448,6 +467,16 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("water/narrow_face", narrow_.face);
   a.field("water/narrow_open", narrow_.open);
   a.field("water/narrow_excess", narrow_.excess);
+  demand_one_length(
+      a, "drops",
+      {fluid_.spray.position.size(), fluid_.spray.velocity.size(), fluid_.spray.volume.size()});
+  demand_one_length(a, "particles",
+                    {fluid_.particles.position.size(), fluid_.particles.radius.size(),
+                     fluid_.particles.sign.size()});
+  demand_one_length(
+      a, "narrow faces",
+      {narrow_.axis.size(), narrow_.face.size(), narrow_.open.size(), narrow_.excess.size()});
+  demand_faces(a, "water/narrow_face", fluid_.u, narrow_.axis, narrow_.face);
   grid_field(a, "water/phi", fluid_.phi);
   grid_field(a, "water/held", held_);
   grid_field(a, "water/residual", residual_);
@@ -458,7 +487,7 @@ void WaterStep::visit_state(StateArchive& a) {
   grid_field(a, "water/push", push_);
   if (!single()) return;
   grid_field(a, "water/u_last", u_last_);
-  visit_flow(a, hidden_);
+  visit_flow(a, fluid_.u, hidden_);
 }
 
 void WaterStep::remember(Memory& now) const {

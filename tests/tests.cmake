@@ -43,6 +43,8 @@ archetide_tests(test_architecture architecture archetide_flags)
 if(TARGET archetide_precompute)
   archetide_tests(test_unit_precompute unit/precompute archetide_precompute)
   add_dependencies(test_unit_precompute archetide-precompute)
+  target_compile_definitions(test_unit_precompute PRIVATE
+                             ARCHETIDE_CORPUS="${CMAKE_SOURCE_DIR}/tests/fuzz/corpus")
   set_source_files_properties(tests/unit/precompute/interrupt_test.cpp
     tests/unit/precompute/command_line_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_PRECOMPUTE_BIN="$<TARGET_FILE:archetide-precompute>")
@@ -63,6 +65,37 @@ if(TARGET test_scenes)
       PROPERTIES COMPILE_DEFINITIONS "${programs}")
   endif()
 endif()
+
+# Readers of all inputs: their corpora are read again by a fast test; with ARCHETIDE_FUZZ each target is a fuzzer too.
+# The readers of precompute/ need none of its libraries.
+add_library(archetide_fuzz_targets STATIC
+  tests/fuzz/text_targets.cpp tests/fuzz/stored_targets.cpp tests/fuzz/field_edits.cpp
+  precompute/recipe.cpp precompute/regions.cpp precompute/tet_io.cpp precompute/vtu_read.cpp precompute/msh_read.cpp
+  precompute/medit_read.cpp precompute/repair_names.cpp)
+target_link_libraries(archetide_fuzz_targets PUBLIC archetide_scene archetide_test_support)
+archetide_use_precompiled(archetide_fuzz_targets archetide_headers)
+archetide_tests(test_fuzz fuzz archetide_fuzz_targets)
+target_compile_definitions(test_fuzz PRIVATE ARCHETIDE_CORPUS="${CMAKE_SOURCE_DIR}/tests/fuzz/corpus")
+if(ARCHETIDE_FUZZ)
+  file(GLOB corpora RELATIVE ${CMAKE_SOURCE_DIR}/tests/fuzz/corpus ${CMAKE_SOURCE_DIR}/tests/fuzz/corpus/*)
+  foreach(target ${corpora})
+    add_executable(fuzz_${target} tests/fuzz/fuzzer_main.cpp)
+    target_compile_definitions(fuzz_${target} PRIVATE ARCHETIDE_FUZZ_TARGET="${target}")
+    target_link_libraries(fuzz_${target} PRIVATE archetide_fuzz_targets -fsanitize=fuzzer)
+    list(APPEND fuzzers fuzz_${target})
+  endforeach()
+  add_custom_target(fuzzers DEPENDS ${fuzzers})
+endif()
+
+# What happens to the programs when the world fails, and with mistakes in their words: pipeline.mk's faults and mutate.
+add_library(archetide_strange_system MODULE tests/faults/strange_system.cpp)
+add_executable(faults tests/faults/main.cpp tests/faults/process.cpp tests/faults/workshop.cpp
+  tests/faults/kill_rows.cpp tests/faults/signal_rows.cpp tests/faults/machine_rows.cpp tests/faults/environment_rows.cpp)
+target_link_libraries(faults PRIVATE archetide_flags)
+target_compile_definitions(faults PRIVATE ARCHETIDE_STRANGE_SYSTEM="$<TARGET_FILE:archetide_strange_system>")
+add_dependencies(faults archetide_strange_system)
+add_executable(mutate tests/faults/mutate.cpp tests/faults/process.cpp)
+target_link_libraries(mutate PRIVATE archetide_flags)
 
 # Programs that print measured figures (named in tests/bench/benches.txt); built with the rest so that they do not rot.
 function(archetide_bench name)

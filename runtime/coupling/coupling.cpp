@@ -203,8 +203,13 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   return report;
 }
 
-void Coupling::visit_state(StateArchive& a) {
+void Coupling::visit_state(StateArchive& a, const std::vector<ReducedBody>& bodies) {
   a.field("coupling/carried_velocity", carried_velocity_);
+  if (carried_velocity_.size() > bodies.size())
+    a.fail("field coupling/carried_velocity is of another number of bodies");
+  for (std::size_t b = 0; b < carried_velocity_.size(); ++b)
+    if (carried_velocity_[b].size() != 0 && carried_velocity_[b].size() != bodies[b].dofs())
+      a.fail("field coupling/carried_velocity is of another number of modes");
   if (!wet()) return;
   grid_field(a, "coupling/valid", valid_);
   grid_field(a, "coupling/pressure_position", pressure_[0]);

@@ -126,7 +126,7 @@ class Coupling {
   std::size_t bytes() const;
 
   /// What the next solve starts from; the rest follows from update_geometry().
-  void visit_state(StateArchive& a);
+  void visit_state(StateArchive& a, const std::vector<ReducedBody>& bodies);
 
  private:
   bool wet() const { return options_.has_water && options_.grid.cells() > 0; }

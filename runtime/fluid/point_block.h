@@ -14,14 +14,26 @@ struct Spread {
   double low, high;
 
   explicit Spread(const Block& x) : at(x) {
-    constexpr BlockBits kHalf = {4, 5, 6, 7, 0, 1, 2, 3}, kPairs = {2, 3, 0, 1, 6, 7, 4, 5},
-                        kNext = {1, 0, 3, 2, 5, 4, 7, 6};
     Block least = x, most = x;
-    for (const BlockBits& order : {kHalf, kPairs, kNext}) {
-      const Block a = __builtin_shuffle(least, order), b = __builtin_shuffle(most, order);
+    const auto meet = [&](const Block& a, const Block& b) {
       least = a < least ? a : least, most = b > most ? b : most;
-    }
+    };
+    meet(halves(least), halves(most));
+    meet(pairs(least), pairs(most));
+    meet(neighbours(least), neighbours(most));
     low = least[0], high = most[0];
+  }
+
+ private:
+  // Halves, pairs within a half, and members of a pair change places.
+  static Block halves(const Block& x) {
+    return __builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3);
+  }
+  static Block pairs(const Block& x) {
+    return __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5);
+  }
+  static Block neighbours(const Block& x) {
+    return __builtin_shufflevector(x, x, 1, 0, 3, 2, 5, 4, 7, 6);
   }
 };
 

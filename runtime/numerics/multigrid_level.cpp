@@ -42,6 +42,22 @@ void for_rows(const MultigridLevel& l, const MultigridLevel::Rows& r, F&& f) {
     f(Row(l, s, r.k, s.uniform() ? nullptr : plane.value.data() + plane.first[&s - all]));
 }
 
+#ifdef __clang__
+// GCC's shuffles, lane by lane: clang, which checks the sources, has them for constant places only.
+Lanes shuffled(const Lanes& a, const Places& order) {
+  Lanes out;
+  for (int n = 0; n < kLanes; ++n) out[n] = a[order[n] % kLanes];
+  return out;
+}
+Lanes shuffled(const Lanes& a, const Lanes& b, const Places& order) {
+  Lanes out;
+  for (int n = 0; n < kLanes; ++n)
+    out[n] = order[n] % (2 * kLanes) < kLanes ? a[order[n] % kLanes] : b[order[n] % kLanes];
+  return out;
+}
+#define __builtin_shuffle shuffled
+#endif
+
 // Of a block of cells: their values, and those of their neighbours.
 struct Stencil {
   Lanes here, west, east, south, north, down, up;

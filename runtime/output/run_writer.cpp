@@ -87,6 +87,7 @@ struct RunWriter::Impl {
   double seconds_before = 0.0, cpu_before = 0.0;  // s, before it was resumed
   double peak_before = 0.0;                       // bytes
   std::map<std::string, double> phases_before;    // s
+  int last_late = 0;                              // bodies that waited for a free place
   std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
   double last_incompatible = -INFINITY;           // s, when closed water could not take a flow
 
@@ -152,6 +153,14 @@ struct RunWriter::Impl {
       progress.line("t = " + std::to_string(report.t) + " s: " + number_text(flow) +
                     " m^3/s flow into water that is closed in and cannot take it");
     last_incompatible = report.t;
+  }
+
+  // A line when more bodies come to wait than waited before.
+  void tell_late(double t, int late) {
+    if (late > last_late)
+      progress.line("t = " + std::to_string(t) + " s: " + std::to_string(late) +
+                    " bodies wait to appear: another one stands in the place");
+    last_late = late;
   }
 
   std::string name_of(int b, const Simulation& simulation) const {
@@ -298,6 +307,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   if (std::isnan(d.first_volume)) d.first_volume = report.accounted_volume();
 
   d.tell_held(report, simulation);
+  d.tell_late(report.t, simulation.late_bodies());
   d.tell_incompatible(report, std::pow(simulation.options().grid.dx, 3));
 
   const int iterations = std::max(report.position.iterations, report.velocity.iterations);
@@ -322,6 +332,9 @@ void RunWriter::on_frame(Simulation& simulation) {
 }
 
 void RunWriter::finish(int exit_code, const std::string& reason, const Simulation& simulation) {
+  if (simulation.late_bodies() > 0)
+    log("note       " + std::to_string(simulation.late_bodies()) +
+        " bodies have not appeared: another one stood in the place to the end");
   impl_->finish(exit_code, reason, simulation);
   if (exit_code == kExitDone) impl_->write_stamp();
 }

@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "runtime/contact/overlap.h"
+
 namespace archetide {
 namespace {
 
@@ -65,38 +67,12 @@ class Placement {
     }
   }
 
-  /// The deepest of the centre of `a`, its corners and the middles of its faces inside `b`, m; 0
-  /// when none is.
-  double depth(int a, int b) const {
-    const GridSdf& sdf = body(b).archetype->sdf;
-    if (sdf.values.empty()) return 0.0;
-    const Quat turn = body(b).rotation.conjugate();
-    const auto distance = [&](const Vec3& x) {
-      const Vec3 at = body(a).position + body(a).rotation * x;
-      return sdf.value(turn * (at - body(b).position));
-    };
-    const TriMesh& surface = body(a).archetype->surface;
-    // The centre of a ring is not in the ring.
-    const double own = body(a).archetype->sdf.value(Vec3::Zero());
-    double least = std::min(0.0, std::max(own, distance(Vec3::Zero())));
-    for (const Vec3& x : surface.vertices) least = std::min(least, distance(x));
-    for (const Vec3i& t : surface.triangles) {
-      const auto& v = surface.vertices;
-      least = std::min(least, distance((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0));
-    }
-    return -least;
-  }
-
   void add_overlap(int a, int b, std::vector<Diagnostic>& bad) const {
     const auto release = [&](int n) { return built_.release[static_cast<std::size_t>(n)]; };
     if (release(a) > 0.0 || release(b) > 0.0 || tied_.count(std::minmax(a, b))) return;
-    const double reach_a = bounding_radius(*body(a).archetype),
-                 reach_b = bounding_radius(*body(b).archetype);
-    if (!((body(a).position - body(b).position).norm() < reach_a + reach_b)) return;
-    constexpr double kOfReach = 0.1;  // where there are no cells, or very large ones
     const double cell = scene_.fluid ? built_.options.grid.dx : INFINITY;
-    const double most = std::min(cell, kOfReach * std::min(reach_a, reach_b));
-    const double found = std::max(depth(a, b), depth(b, a));
+    const double most = deepest_start(body(a), body(b), cell);
+    const double found = overlap_depth(body(a), body(b));
     if (found <= most) return;
     bad.push_back({where(b),
                    name(b) + " begins " + std::to_string(found) + " m deep inside " + name(a),

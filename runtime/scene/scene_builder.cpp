@@ -243,12 +243,6 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
   return body;
 }
 
-double bounding_radius(const Archetype& archetype) {
-  double radius = 0.0;
-  for (const Vec3& x : archetype.surface.vertices) radius = std::max(radius, x.norm());
-  return radius;
-}
-
 BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   library.require_all(scene);
   BuiltScene built;

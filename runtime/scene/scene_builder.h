@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/contact/overlap.h"
 #include "runtime/scene/archetype_library.h"
 #include "runtime/scene/scene_spec.h"
 #include "runtime/simulation.h"
@@ -33,9 +34,6 @@ SimulationOptions simulation_options(const SceneSpec& scene);
 /// One instance: pose, mass, P = m v, L = I w, modes at rest. Throws InputError when it asks for
 /// more modes than are stored.
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype);
-
-/// Radius about the centre of mass that holds the whole rest surface, m.
-double bounding_radius(const Archetype& archetype);
 
 /// build_scene, initial_fluid and the simulation itself.
 Simulation make_simulation(BuiltScene built, const SceneSpec& scene);

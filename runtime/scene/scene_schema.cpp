@@ -1,5 +1,7 @@
 #include "runtime/scene/scene_schema.h"
 
+#include "common/matter.h"
+
 namespace archetide {
 namespace {
 
@@ -77,7 +79,7 @@ Keys fluid_keys() {
        .meaning = "low corner of the tank"},
       {.path = "fluid.density",
        .unit = "kg/m^3",
-       .range = above(0),
+       .range = between(kLeastDensity, kLargestDensity),
        .fallback = "1000",
        .meaning = "of the water"},
       {.path = "fluid.water",
@@ -256,7 +258,7 @@ Keys instance_keys(const std::string& table) {
            .meaning = "world frame"},
           {.path = table + ".density",
            .unit = "kg/m^3",
-           .range = above(0),
+           .range = between(kLeastDensity, kLargestDensity),
            .fallback = "absent",
            .meaning = "scales the mass, leaves the stiffness; absent = the archetype's"},
           {.path = table + ".modes",
@@ -342,7 +344,7 @@ Keys scatter_keys() {
        .unit = "s",
        .range = above(0),
        .fallback = "required",
-       .meaning = "between one wave and the next; bodies must have left the box by then"}};
+       .meaning = "between one wave and the next; bodies whose place is not free by then wait"}};
 }
 
 Keys surroundings_keys() {
@@ -422,7 +424,7 @@ Keys skin_keys() {
        .meaning = "world frame (with parts)"},
       {.path = "skin[].density",
        .unit = "kg/m^3",
-       .range = above(0),
+       .range = between(kLeastDensity, kLargestDensity),
        .fallback = "absent",
        .meaning = "of every part; absent = the archetypes' (with parts)"},
       {.path = "skin[].modes",

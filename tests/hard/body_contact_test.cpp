@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 
+#include "common/mesh_sdf.h"
 #include "tests/hard/hard_case.h"
 #include "tests/support/momenta.h"
 
@@ -405,6 +406,33 @@ TEST(Overlap, BallsHalfInOneAnotherSeparateGently) {
   }
   const double apart = (s.bodies()[1].position - s.bodies()[0].position).norm();
   EXPECT_NEAR(apart, 2.0 * a, 0.01 * a);
+}
+
+// A ball leaves its place at 1 m/s; another one is due there at once and waits. (It once appeared
+// inside the first, and contact flung both away.)
+TEST(Overlap, ABodyThatIsDueInAnotherOneWaitsForItsPlace) {
+  SimulationOptions o = dry_tank();
+  o.gravity = Vec3::Zero();
+  const double a = 0.1;
+  Archetype shape = *ball(a, Vec3::Zero()).archetype;
+  shape.sdf = sample_distance(shape.surface);
+  ReducedBody first = make_body(std::make_shared<const Archetype>(shape), 0);
+  first.position = Vec3(0.3, 0.5, 0.5);
+  ReducedBody second = first;
+  first.P = body_mass(first) * Vec3(1, 0, 0);
+  Simulation s(o, FluidState(), {first, second}, {}, {0.0, 0.02});
+  double fastest = 0.0, appeared = 0.0;
+  int late = 0;
+  run_to(s, 0.5, 0.01, [&](const StepReport& r) {
+    late = std::max(late, s.late_bodies());
+    if (s.bodies().size() == 2 && appeared == 0.0) appeared = r.t;
+    for (const ReducedBody& b : s.bodies()) fastest = std::max(fastest, velocity_of(b).norm());
+  });
+  EXPECT_EQ(late, 1);
+  EXPECT_EQ(s.late_bodies(), 0);
+  // Free when a tenth of the radius overlaps: after 1.9 radii, within steps and the facets.
+  EXPECT_NEAR(appeared, 1.9 * a, 0.03);
+  expect_at_most("speed beyond that of the first body, m/s", fastest - 1.0, 1e-12);
 }
 
 /// A heavy ball drives a light one, which was at rest when the step began, into a third: no contact

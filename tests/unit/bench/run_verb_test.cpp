@@ -127,6 +127,18 @@ TEST_F(RunVerb, AHangUpStopsItWithACheckpointUnlessItIsIgnored) {
   EXPECT_EQ(wait(deaf), kExitStopped);
 }
 
+TEST_F(RunVerb, ARunGoesOnWhenNobodyReadsItsLog) {
+  const auto unread = [] {
+    int ends[2];
+    if (::pipe(ends) != 0) ::_exit(126);
+    ::close(ends[0]);
+    ::dup2(ends[1], 1), ::dup2(ends[1], 2);
+  };
+  EXPECT_EQ(run({"run", "stone.scene.toml", "-o", "r"}, unread), kExitDone);
+  EXPECT_TRUE(fs::exists(folder_ / "r/done.stamp"));
+  EXPECT_EQ(run({"schema"}, unread), kExitMachine);
+}
+
 TEST_F(RunVerb, ARunThatWasKilledBeforeItsManifestStandsInNobodysWay) {
   folder_.write("r/manifest.json.part", "{");
   EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "r"}), kExitDone);

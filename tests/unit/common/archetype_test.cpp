@@ -318,6 +318,9 @@ TEST(ArchetypeValidation, NamesTheFieldThatIsWrong) {
     EXPECT_NE(complaint(spoil).find(field), std::string::npos) << field;
   };
   names("sdf_spacing", [](Archetype& a) { a.sdf.spacing = 0.0; });
+  for (const double factor : {1e200, 1e-200})
+    names("density: not that of matter",
+          [&](Archetype& a) { a.density *= factor, a.integrals.mass *= factor; });
   names("sdf_spacing", [](Archetype& a) { a.sdf.spacing = std::nan(""); });
   names("sdf_origin", [](Archetype& a) { a.sdf.origin[1] = std::nan(""); });
   names("sdf_nodes", [](Archetype& a) { a.sdf.nodes = Vec3i(1, 1, 24); });

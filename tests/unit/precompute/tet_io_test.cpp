@@ -167,6 +167,36 @@ TEST(TetIo, PhysicalGroupsOfAMshFileAreMaterialRegions) {
   }
 }
 
+TEST(TetIo, ReadsEveryKindOfMshAlike) {
+  const std::string folder = ARCHETIDE_CORPUS "/msh/";
+  for (const char* name :
+       {"v2.msh", "v22_binary.msh", "v40.msh", "v41.msh", "v41_binary.msh", "v41_big_endian.msh"}) {
+    TetGroups groups;
+    const TetMesh mesh = read_tets(folder + name, 1.0, &groups);
+    ASSERT_EQ(mesh.nodes.size(), 5u) << name;
+    EXPECT_EQ(mesh.nodes[4], Vec3(1, 1, 1)) << name;
+    ASSERT_EQ(mesh.tets.size(), 2u) << name;
+    EXPECT_EQ(mesh.tets[0], (std::array<int, 4>{0, 1, 2, 3})) << name;
+    EXPECT_FALSE(groups.empty()) << name;
+    EXPECT_EQ(groups.begin()->second.front(), 0) << name;
+  }
+}
+
+TEST(TetIo, MeshesWhoseCountsLieEndAtOnce) {
+  const ScratchFolder folder;
+  // Gmsh ended by a signal on the first, and never on the last.
+  EXPECT_NE(
+      refusal(folder.write("a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n99999999999\n")),
+      "");
+  EXPECT_NE(refusal(folder.write("b.msh",
+                                 "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n"
+                                 "$EndNodes\n$Elements\n1\n1 4 2147483647 1 1 1 1\n")),
+            "");
+  EXPECT_NE(refusal(folder.write(
+                "c.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n2147483647\n0 0 0")),
+            "");
+}
+
 /// A script that leaves a file, `mark`, when gmsh runs it.
 std::string script(const std::string& mark) { return "SystemCall \"touch " + mark + "\";\n"; }
 

@@ -1,0 +1,52 @@
+#!/bin/sh
+# Do the fast tests notice a mistake? run_mutations.sh SOURCE OUT_FOLDER [COUNT [SEED]]: COUNT (200) times one line of
+# coupling, solid, contact or fluid is changed in a copy of SOURCE in OUT_FOLDER, built, and tested. A table of what
+# happened stands in OUT_FOLDER/mutations.txt: killed (by a test), stillborn (does not compile), slow (tests do not end),
+# SURVIVED. Hours; results that are there for this seed are kept. TESTS: a filter of ctest (-R).
+source=$(cd "$1" && pwd) out=$2 count=${3:-200} seed=${4:-1}
+mkdir -p "$out" && out=$(cd "$out" && pwd)
+copy=$out/source table=$out/mutations.txt
+[ -d "$copy" ] || git clone -q "$source" "$copy" || exit 1
+cd "$copy" || exit 1
+git checkout -q -- . || exit 1
+[ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
+cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || exit 1
+
+# Every change that can be made, one a line: file, line, what, the new text.
+changes() {
+  for file in runtime/coupling/*.cpp runtime/solid/*.cpp runtime/contact/*.cpp runtime/fluid/*.cpp; do
+    awk -v file="$file" '
+      function change(from, to,   at) {
+        at = index($0, from)
+        if (at) print file "\t" NR "\t" from " -> " to "\t" substr($0, 1, at - 1) to substr($0, at + length(from))
+      }
+      /^ *\/\// || /^#/ || /^ *\*/ || /include/ { next }
+      { change(" + ", " - "); change(" - ", " + "); change(" * ", " / "); change(" += ", " -= "); change(" -= ", " += ")
+        change(" < ", " <= "); change(" > ", " >= "); change(" <= ", " < "); change(" && ", " || "); change(" || ", " && ")
+        change(" == ", " != "); change("0.5 ", "0.25 "); change("2.0 ", "3.0 "); change("std::max(", "std::min(")
+        change("std::min(", "std::max("); change("if (!", "if ("); change(" = true", " = false") }' "$file"
+  done
+}
+changes | awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' | sort -k1,1n | cut -f2- | head -n "$count" \
+  >"$out/changes.$seed"
+
+number=0
+while IFS='	' read -r file line what text; do
+  number=$((number + 1))
+  grep -q "^$seed\.$number	" "$table" 2>/dev/null && continue
+  # The line is replaced as it stands, whatever is in it.
+  awk -v line="$line" -v number="$number" 'BEGIN { while ((getline < ARGV[2]) > 0) if (++n == number) { sub(/^[^\t]*\t[^\t]*\t[^\t]*\t/, ""); text = $0 } ARGV[2] = "" }
+    FNR == line { print text; next } { print }' "$file" "$out/changes.$seed" >"$out/changed.cpp"
+  cp "$out/changed.cpp" "$file"
+  if ! cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1; then
+    result=stillborn
+  else
+    OMP_WAIT_POLICY=passive timeout 1800 ctest --test-dir build -L fast ${TESTS:+-R "$TESTS"} --stop-on-failure \
+      -j"${JOBS:-2}" >"$out/test.log" 2>&1
+    case $? in 0) result=SURVIVED;; 124) result=slow;; *) result=killed;; esac
+  fi
+  printf '%s.%s\t%s\t%s:%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" | tee -a "$table"
+  git checkout -q -- "$file"
+done <"$out/changes.$seed"
+printf 'killed %s, survived %s, stillborn %s, slow %s\n' $(for r in killed SURVIVED stillborn slow; do
+  grep -c "^$seed\..*	$r	" "$table"; done)
