@@ -78,6 +78,15 @@ void full_fields(Io& io, A& a) {
   io.modes("node_modes", a.node_modes, "m", "r x n x 3");
 }
 
+template <class Io, class M>
+void matrix_fields(Io& io, M& m) {
+  io("order", m.order, "1", "n: nodes in their order of elimination");
+  io("row_ends", m.row_ends, "1", "n");
+  io("column", m.column, "1", "blocks: the lower triangle, rows one after the other");
+  io("mass", m.mass, "kg", "blocks");
+  io("stiffness", m.stiffness, "N/m", "blocks x 3 x 3");
+}
+
 struct ArchetypeWriter : FieldWriter {
   void point_sets(const std::vector<PointSet>& sets) {
     std::vector<int> ends, vertices;
@@ -297,6 +306,64 @@ void validate_tets(const Archetype& a) {
   }
 }
 
+/// Each node once.
+bool is_permutation_of_nodes(const std::vector<int>& order, std::size_t n) {
+  std::vector<char> seen(n, 0);
+  for (const int node : order) {
+    if (node < 0 || static_cast<std::size_t>(node) >= n || seen[node]) return false;
+    seen[node] = 1;
+  }
+  return order.size() == n;
+}
+
+/// Rows of the lower triangle, ascending, each with its diagonal.
+void validate_pattern(const TetMatrices& m, int n) {
+  for (int p = 0; p < n; ++p) {
+    const int begin = m.row_begin(p), end = m.row_end(p);
+    demand_field(begin < end && static_cast<std::size_t>(end) <= m.column.size(), "row_ends",
+                 "a row without entries, or beyond them");
+    for (int e = begin; e < end; ++e)
+      demand_field(m.column[e] >= (e == begin ? 0 : m.column[e - 1] + 1) && m.column[e] <= p,
+                   "column", "not ascending up to the diagonal");
+    demand_field(m.column[end - 1] == p, "column", "a row without its diagonal");
+    demand_field(m.mass[end - 1] > 0.0, "mass", "not positive on its diagonal");
+  }
+}
+
+void validate_matrices(const Archetype& a) {
+  const TetMatrices& m = a.matrices;
+  if (m.empty()) return;
+  const std::size_t n = a.tets.nodes.size();
+  demand_field(is_permutation_of_nodes(m.order, n), "order", "not every node once");
+  demand_size(m.row_ends, static_cast<Eigen::Index>(n), "row_ends");
+  const auto blocks = static_cast<Eigen::Index>(m.column.size());
+  demand_field(blocks == m.row_ends.back(), "row_ends", "not all of the blocks");
+  demand_size(m.mass, blocks, "mass");
+  demand_finite(m.mass, "mass");
+  demand_size(m.stiffness, blocks, "stiffness");
+  demand_finite(m.stiffness, "stiffness");
+  validate_pattern(m, static_cast<int>(n));
+}
+
+void write_matrices(Hdf5Writer& file, const TetMatrices& matrices) {
+  if (matrices.empty()) return;
+  ArchetypeWriter io{{file, "matrices"}};
+  matrix_fields(io, matrices);
+  file.attribute("matrices_version", Archetype::kMatricesVersion);
+  file.attribute("matrices_hash", io.hash.hex());
+}
+
+void read_matrices(const Hdf5Reader& file, TetMatrices& matrices) {
+  if (!file.has_attribute("matrices_version")) return;
+  const int version = file.int_attribute("matrices_version");
+  if (version != Archetype::kMatricesVersion)
+    file.fail("matrices of version " + std::to_string(version) + ", this program reads version " +
+              std::to_string(Archetype::kMatricesVersion));
+  ArchetypeReader io{{file, "matrices"}};
+  matrix_fields(io, matrices);
+  demand_hash(file, "matrices_hash", io.hash.hex());
+}
+
 }  // namespace
 
 void validate(const Archetype& a) {
@@ -305,6 +372,7 @@ void validate(const Archetype& a) {
   validate_mass(a);
   validate_modes(a);
   validate_tets(a);
+  validate_matrices(a);
 }
 
 std::string write_archetype(const std::string& path, const Archetype& a) {
@@ -323,6 +391,7 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
   file.attribute("full_hash", full_hash);
   const std::string content_hash = sha256_hex(runtime_hash + full_hash);
   file.attribute("content_hash", content_hash);
+  write_matrices(file, a.matrices);
   file.commit();
   return content_hash;
 }
@@ -338,6 +407,7 @@ Archetype read_archetype(const std::string& path, Part part) {
     ArchetypeReader full{{file, "full"}};
     full_fields(full, a);
     demand_hash(file, "full_hash", full.hash.hex());
+    read_matrices(file, a.matrices);
   }
   a.content_hash =
       sha256_hex(file.text_attribute("runtime_hash") + file.text_attribute("full_hash"));

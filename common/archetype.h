@@ -6,6 +6,7 @@
 
 #include "common/grid_sdf.h"
 #include "common/swelling.h"
+#include "common/tet_matrices.h"
 #include "common/tet_mesh.h"
 #include "common/tri_mesh.h"
 #include "common/types.h"
@@ -43,6 +44,7 @@ struct JointFrame {
 /// vertices, nf surface triangles, r elastic modes.
 struct Archetype {
   static constexpr int kFormatVersion = 2;
+  static constexpr int kMatricesVersion = 1;  // of the optional part with `matrices`
 
   // Provenance.
   std::string name;
@@ -85,7 +87,8 @@ struct Archetype {
   MatX surface_modes;          // 3 ns x r, m per unit q; row 3 v + axis
   Swelling swelling;           // second_order_swelling() of these; derived, not stored
   MatX node_modes;             // 3 n x r (empty when read with Part::kRuntime)
-  MatX M_r, K_r;               // r x r, reduced mass (kg) and stiffness (N/m)
+  TetMatrices matrices;  // kept on request (keep = "tets"); empty when read with Part::kRuntime
+  MatX M_r, K_r;         // r x r, reduced mass (kg) and stiffness (N/m)
   MomentumIntegrals integrals;
 
   // Quality of the tets: worst minimum dihedral angle (degrees) and radius ratio (1 = regular).
@@ -105,8 +108,9 @@ void validate(const Archetype& a);
 std::string write_archetype(const std::string& path, const Archetype& a);
 
 /// Throws FileError: missing, not HDF5, not ours, other version, truncated, hash mismatch.
-/// `kRuntime` leaves out tets and node modes (and then the hash covers what the file stores,
-/// checked by section).
+/// `kRuntime` leaves out tets, node modes and their matrices (and then the hash covers what the file
+/// stores, checked by section). The content hash does not count the matrices, which follow from the
+/// rest; they have one of their own.
 Archetype read_archetype(const std::string& path, Part part = Part::kAll);
 
 }  // namespace archetide

@@ -59,4 +59,76 @@ Swelling second_order_swelling(const TriMesh& surface, const MatX& modes) {
   return out;
 }
 
+namespace {
+
+// Calls visit(a, b, c, normal) for the three turns of a triangle's corners; normal = x_b x x_c.
+template <class Visit>
+void for_turns(const std::vector<Vec3>& x, const Vec3i& t, const Visit& visit) {
+  for (int turn = 0; turn < 3; ++turn) {
+    const int a = t[turn], b = t[(turn + 1) % 3], c = t[(turn + 2) % 3];
+    visit(a, b, c, Vec3(x[b].cross(x[c])));
+  }
+}
+
+auto at(VecX& field, int v) { return field.segment<3>(3L * v); }
+auto at(const VecX& field, int v) { return field.segment<3>(3L * v); }
+
+}  // namespace
+
+SurfaceSwelling::SurfaceSwelling(const TriMesh& surface)
+    : triangles_(surface.triangles), rest_(surface.vertices), volume_(enclosed_volume(surface)) {
+  const std::vector<Vec3>& x = rest_;
+  rate_ = VecX::Zero(3 * static_cast<long>(x.size()));
+  first_ = {rate_, rate_, rate_};
+  Vec3 moment = Vec3::Zero();
+  for (const Vec3i& t : triangles_) {
+    const Vec3 s = x[t[0]] + x[t[1]] + x[t[2]];
+    const double D = x[t[0]].dot(x[t[1]].cross(x[t[2]]));
+    moment += D * s;
+    for_turns(x, t, [&](int a, int, int, const Vec3& normal) {
+      at(rate_, a) += normal / (6.0 * volume_);
+      for (int k = 0; k < 3; ++k) {
+        at(first_[k], a) += s[k] * normal / (24.0 * volume_);
+        first_[k][3L * a + k] += D / (24.0 * volume_);
+      }
+    });
+  }
+  middle_ = moment / (24.0 * volume_);
+}
+
+// Symmetric parts of the matrices h and h_k of second_order_swelling, times u, over the volume.
+SurfaceSwelling::Products SurfaceSwelling::second_order(const VecX& u) const {
+  const VecX zero = VecX::Zero(u.size());
+  Products sum{zero, {zero, zero, zero}};
+  for (const Vec3i& t : triangles_) {
+    const Vec3 s = rest_[t[0]] + rest_[t[1]] + rest_[t[2]];
+    const Vec3 u_s = at(u, t[0]) + at(u, t[1]) + at(u, t[2]);
+    double D_1 = 0.0;
+    for_turns(rest_, t, [&](int a, int b, int c, const Vec3& normal) {
+      D_1 += normal.dot(at(u, a));
+      const Vec3 on_b = at(u, c).cross(rest_[a]), on_c = rest_[a].cross(at(u, b));
+      at(sum.volume, b) += on_b, at(sum.volume, c) += on_c;
+      for (int k = 0; k < 3; ++k) {
+        at(sum.centroid[k], b) += s[k] * on_b, at(sum.centroid[k], c) += s[k] * on_c;
+        at(sum.centroid[k], a) += u_s[k] * normal;
+      }
+    });
+    for (int corner = 0; corner < 3; ++corner)
+      for (int k = 0; k < 3; ++k) sum.centroid[k][3L * t[corner] + k] += D_1;
+  }
+  sum.volume /= 12.0 * volume_;
+  for (VecX& part : sum.centroid) part /= 48.0 * volume_;
+  return sum;
+}
+
+SurfaceSwelling::Products SurfaceSwelling::operator*(const VecX& u) const {
+  const Products second = second_order(u);
+  const double along = rate_.dot(u);
+  Products out{second.volume - 0.5 * along * rate_, {}};
+  for (int k = 0; k < 3; ++k)
+    out.centroid[k] = second.centroid[k] - 0.5 * (first_[k] * along + rate_ * first_[k].dot(u)) +
+                      middle_[k] * (rate_ * along - second.volume - out.volume / 3.0);
+  return out;
+}
+
 }  // namespace archetide

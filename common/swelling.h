@@ -19,4 +19,26 @@ struct Swelling {
 /// `modes`: 3 n x r, of the vertices, row 3 v + axis. O(nf r + n r^2).
 Swelling second_order_swelling(const TriMesh& surface, const MatX& modes);
 
+/// The same without modes: of displacements of the vertices, for bodies of nodes. O(nf) a use.
+class SurfaceSwelling {
+ public:
+  explicit SurfaceSwelling(const TriMesh& surface);
+  /// E u and C_k u for displacements u of the vertices, 3 n, m: 1/m and 1.
+  struct Products {
+    VecX volume;
+    std::array<VecX, 3> centroid;
+  };
+  Products operator*(const VecX& u) const;
+
+ private:
+  Products second_order(const VecX& u) const;
+
+  std::vector<Vec3i> triangles_;
+  std::vector<Vec3> rest_;     // m
+  double volume_ = 0.0;        // m^3
+  VecX rate_;                  // d ln V / du, 1/m
+  Vec3 middle_;                // c(0), m
+  std::array<VecX, 3> first_;  // of the moments over V(0), 1
+};
+
 }  // namespace archetide

@@ -17,6 +17,7 @@
 #include "precompute/cut.h"
 #include "precompute/defects.h"
 #include "precompute/frequency_error.h"
+#include "precompute/keep_matrices.h"
 #include "precompute/memory.h"
 #include "precompute/restore_volume.h"
 #include "precompute/tet_element.h"
@@ -297,7 +298,9 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   note_memory("modes");
   const int vibration = modes.vibration_modes();
   warn_about_modes(modes, options.every_motion ? vibration : options.count, log);
+  const MassKind mass = modes.mass;
   take_modes(std::move(modes), a);
+  if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass);
   a.density = a.integrals.mass / a.volume;
   if (recipe.material_regions.empty()) a.density = recipe.material.density;
   const bool few = vibration > 0 && !options.every_motion;

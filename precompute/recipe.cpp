@@ -140,6 +140,11 @@ Keys solid_keys() {
        .fallback = "\"auto\"",
        .choices = {"auto", "consistent", "lumped"},
        .meaning = "mass matrix of the tets; auto: lumped for tet.order 1, consistent for 2"},
+      {.path = "keep",
+       .type = kString,
+       .fallback = "\"modes\"",
+       .choices = {"modes", "tets"},
+       .meaning = "tets: mass and stiffness of the tets too, for bodies of nodes"},
       {.path = "tet.mesher",
        .type = kString,
        .fallback = "\"cgal\"",
@@ -449,7 +454,7 @@ SkinJoint read_skin_joint(const Section& s, const std::vector<std::string>& part
 /// A skin has no material of its own.
 SkinRecipe read_skin(const Section& root, const std::string& path) {
   for (const char* key : {"cut", "seed", "mass", "tet", "material", "material_region", "points",
-                          "joint_frame", "clamped", "damping", "modes"})
+                          "joint_frame", "clamped", "damping", "modes", "keep"})
     if (root.has(key))
       throw InputError({root.error(key, std::string(key) + " is of no use in a skin",
                                    "give it in the body files of its parts")});
@@ -536,6 +541,7 @@ Recipe parse_recipe(const std::string& text, const std::string& path) {
   if (!r.modes.every_motion) r.modes.count = root.integer("modes.count");
   r.modes.residual = root.number("modes.residual");
   r.modes.mass = mass_kind(root, r.tet.order);
+  r.keep_tets = root.string("keep") == "tets";
   read_parts(root, r);
   check_every_motion(root, r);
   document.check_all_read();

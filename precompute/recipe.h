@@ -43,6 +43,7 @@ struct Recipe {
   std::vector<std::string> point_loads;          // point sets whose static responses are wanted
   double alpha = 0.0, beta = 0.0;                // Rayleigh damping, 1/s and s
   ModesOptions modes;
+  bool keep_tets = false;          // store mass and stiffness of the tets too
   std::optional<SkinRecipe> skin;  // then nothing but mesh, scale and repair counts
 };
 

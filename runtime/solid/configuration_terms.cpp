@@ -1,6 +1,8 @@
 #include <cmath>
 
 #include "common/check.h"
+#include "runtime/solid/nodal_space.h"
+#include "runtime/solid/nodal_terms.h"
 #include "runtime/solid/reduced_body.h"
 #include "runtime/solid/rotation.h"
 
@@ -11,6 +13,7 @@ Configuration current_configuration(const ReducedBody& body) {
 }
 
 ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q) {
+  if (body.nodes) return nodal_shape_correction(*body.nodes, q);
   const Swelling& swelling = body.archetype->swelling;
   const int r = body.r;
   ShapeCorrection out{1.0, VecX::Zero(r), Vec3::Zero(), MatX::Zero(3, r)};
@@ -32,6 +35,7 @@ ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q) {
 }
 
 Moments deformed_moments(const ReducedBody& body, const VecX& q) {
+  if (body.nodes) return nodal_moments(body, q);
   const MomentumIntegrals& rest = body.archetype->integrals;
   const int stride = body.archetype->r();
   Moments out{rest.Sxx, std::vector<Mat3>(body.r)};
@@ -47,6 +51,14 @@ Moments deformed_moments(const ReducedBody& body, const VecX& q) {
   for (Mat3& C : out.C) C *= body.mass_scale;
   out.Syy *= body.mass_scale;
   return out;
+}
+
+Vec3 angular_momentum_of_modes(const Moments& moments, const VecX& q_dot) {
+  if (moments.nodal.size() > 0) return nodal_angular_momentum(moments.nodal, q_dot);
+  Vec3 L = Vec3::Zero();
+  for (std::size_t i = 0; i < moments.C.size(); ++i)
+    L += q_dot[static_cast<Eigen::Index>(i)] * axial(moments.C[i]);
+  return L;
 }
 
 ConfigurationTerms configuration_terms(const ReducedBody& body, const Configuration& c,
@@ -65,14 +77,26 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
 
   // D_i = Σ m y × φ_i, and the spin that it makes
   t.D.resize(3, body.r);
-  for (int i = 0; i < body.r; ++i) t.D.col(i) = R * axial(t.moments.C[i]);
+  if (body.nodes)
+    t.D = nodal_levers(R, t.moments.nodal);
+  else
+    for (int i = 0; i < body.r; ++i) t.D.col(i) = R * axial(t.moments.C[i]);
   t.spin_of_modes = t.inertia_inverse * t.D;
 
+  t.exact_mass = mass == ModalMass::kExact;
+  t.shape = shape_correction(body, c.q);
+  if (body.nodes) return t;
   // Eq. 21: the modes without rigid motion have the mass M_q = Bᵀ M B = M_r − Dᵀ I⁻¹ D
   t.M_q = body.mass_scale * body.archetype->M_r.topLeftCorner(body.r, body.r);
-  if (mass == ModalMass::kExact) t.M_q.noalias() -= t.D.transpose() * t.spin_of_modes;
-  t.shape = shape_correction(body, c.q);
+  if (t.exact_mass) t.M_q.noalias() -= t.D.transpose() * t.spin_of_modes;
   return t;
+}
+
+VecX modal_momentum(const ReducedBody& body, const ConfigurationTerms& terms, const VecX& q_dot) {
+  if (!body.nodes) return terms.M_q * q_dot;
+  VecX f = body.nodes->product(body.mass_scale, 0.0, q_dot);
+  if (terms.exact_mass) f.noalias() -= terms.spin_of_modes.transpose() * (terms.D * q_dot);
+  return f;
 }
 
 // Eq. 35: ω = I⁻¹(L − D q̇).
@@ -86,9 +110,16 @@ VecX generalised_velocity(const ReducedBody& body, const ConfigurationTerms& ter
   return y;
 }
 
+// Eq. 16: the torque of the same forces, Σ m y × a = w × Syy w − 2 (w tr C_u − C_uᵀ w), taken out by
+// Bᵀ
+Vec3 fictitious_torque(const Vec3& w, const Mat3& Syy, const Mat3& C_u) {
+  return w.cross(Syy * w) - 2.0 * (C_u.trace() * w - C_u.transpose() * w);
+}
+
 VecX fictitious_force(const ReducedBody& body, const Configuration& at,
                       const ConfigurationTerms& terms) {
   if (body.r == 0) return VecX();
+  if (body.nodes) return nodal_fictitious_force(body, at, terms);
   const MomentumIntegrals& rest = body.archetype->integrals;
   const int stride = body.archetype->r();
   const Mat3 R = at.rotation.toRotationMatrix();
@@ -108,11 +139,8 @@ VecX fictitious_force(const ReducedBody& body, const Configuration& at,
     C_u += at.q_dot[i] * terms.moments.C[i];
   }
 
-  // Eq. 16: the torque of the same forces, Σ m y × a = w × Syy w − 2 (w tr C_u − C_uᵀ w), taken out
-  // by Bᵀ
-  const Vec3 torque =
-      w.cross(terms.moments.Syy * w) - 2.0 * (C_u.trace() * w - C_u.transpose() * w);
-  g.noalias() -= terms.spin_of_modes.transpose() * (R * torque);
+  g.noalias() -=
+      terms.spin_of_modes.transpose() * (R * fictitious_torque(w, terms.moments.Syy, C_u));
   return g;
 }
 

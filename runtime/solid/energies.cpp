@@ -1,3 +1,4 @@
+#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {
@@ -7,11 +8,16 @@ double kinetic_energy(const ReducedBody& body) {
   const ConfigurationTerms t =
       configuration_terms(body, current_configuration(body), ModalMass::kExact);
   return 0.5 * (body.P.squaredNorm() / t.mass + body.L.dot(t.inertia_inverse * body.L) +
-                body.q_dot.dot(t.M_q * body.q_dot));
+                body.q_dot.dot(modal_momentum(body, t, body.q_dot)));
+}
+
+VecX elastic_force(const ReducedBody& body, const VecX& q) {
+  if (body.nodes) return body.nodes->product(0.0, 1.0, q);
+  return body.archetype->K_r.topLeftCorner(body.r, body.r) * q;
 }
 
 double elastic_energy(const ReducedBody& body) {
-  return 0.5 * body.q.dot(body.archetype->K_r.topLeftCorner(body.r, body.r) * body.q);
+  return 0.5 * body.q.dot(elastic_force(body, body.q));
 }
 
 std::size_t instance_bytes(const ReducedBody& body) {

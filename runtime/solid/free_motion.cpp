@@ -1,17 +1,32 @@
+#include "common/check.h"
+#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {
 namespace {
 
-/// dt/2 C + dt²/4 K (trapezoid, either stage), or Eq. 31: h C + h² K with h the length of the stage
-/// (backward Euler).
+/// dt/2 (trapezoid, either stage), or Eq. 31: the length of the stage (backward Euler).
+double implicit_length(double dt, Stage stage, ModalStep step) {
+  return step == ModalStep::kTrapezoid || stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+}
+
+/// h C + h² K with h the implicit length.
 MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep step) {
   const Archetype& a = *body.archetype;
-  const bool trapezoid = step == ModalStep::kTrapezoid;
-  const double h = trapezoid || stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+  const double h = implicit_length(dt, stage, step);
   // Eq. 9: C = α M_r + β K_r
   return (h * a.alpha * body.mass_scale) * a.M_r.topLeftCorner(body.r, body.r) +
          (h * a.beta + h * h) * a.K_r.topLeftCorner(body.r, body.r);
+}
+
+/// The same over nodes, with their mass: (1 + h alpha) M + (h beta + h²) K − Dᵀ I⁻¹ D.
+std::shared_ptr<NodalMass> nodal_mass(const ReducedBody& body, const ConfigurationTerms& terms,
+                                      double h) {
+  const Archetype& a = *body.archetype;
+  auto mass = std::make_shared<NodalMass>(body.nodes, body.mass_scale * (1.0 + h * a.alpha),
+                                          h * a.beta + h * h);
+  if (terms.exact_mass) mass->add(terms.D.transpose(), -terms.inertia_inverse);
+  return mass;
 }
 
 /// Directions in which modes are held get a mass kHeld times the largest. More would cost digits of
@@ -19,10 +34,26 @@ MatX implicit_part(const ReducedBody& body, double dt, Stage stage, ModalStep st
 void hold(const MatX& locked, GeneralisedMass& H) {
   constexpr double kHeld = 1e6;
   if (locked.size() == 0) return;
+  ARCHETIDE_CHECK(!H.nodal);
   const double mass = kHeld * H.M_hat.diagonal().maxCoeff();
   const MatX n = locked.colwise().normalized();
   H.M_hat.noalias() += mass * (n * n.transpose());
   H.M_hat_factor.compute(H.M_hat);
+}
+
+/// M_q q̇ⁿ − h K qⁿ + h (g + f_q) of a body of nodes.
+VecX nodal_momentum(const ReducedBody& body, const VecX& q_n, const Configuration& at,
+                    const VecX& force, double h, const FreeMotion& motion) {
+  return modal_momentum(body, motion.terms, body.q_dot) - h * elastic_force(body, q_n) +
+         h * (fictitious_force(body, at, motion.terms) + force.tail(body.r));
+}
+
+/// f -= (M̂ − M_q) q̇ⁿ.
+void take_implicit_part(const ReducedBody& body, const FreeMotion& motion, Eigen::Ref<VecX> f) {
+  if (body.nodes)
+    f -= motion.H.modal_product(body.q_dot) - modal_momentum(body, motion.terms, body.q_dot);
+  else
+    f -= (motion.H.M_hat - motion.terms.M_q) * body.q_dot;
 }
 
 double stage_length(double dt, Stage stage) {
@@ -31,9 +62,18 @@ double stage_length(double dt, Stage stage) {
 
 }  // namespace
 
+int GeneralisedMass::size() const {
+  return 6 + (nodal ? nodal->size() : static_cast<int>(M_hat.rows()));
+}
+
+VecX GeneralisedMass::modal_product(const VecX& q_dot) const {
+  if (nodal) return nodal->product(q_dot);
+  return M_hat * q_dot;
+}
+
 VecX GeneralisedMass::apply(const VecX& y) const {
   VecX f(size());
-  f << mass * y.head<3>(), inertia * y.segment<3>(3), M_hat * y.tail(M_hat.rows());
+  f << mass * y.head<3>(), inertia * y.segment<3>(3), modal_product(y.tail(size() - 6));
   return f;
 }
 
@@ -42,11 +82,13 @@ VecX GeneralisedMass::solve(const VecX& f) const {
   VecX y(size());
   y.head<3>() = f.head<3>() / mass;
   y.segment<3>(3) = inertia_inverse * f.segment<3>(3);
+  if (nodal) y.tail(nodal->size()) = nodal->solve(f.tail(nodal->size()));
   if (M_hat.rows() > 0) y.tail(M_hat.rows()) = M_hat_factor.solve(f.tail(M_hat.rows()));
   return y;
 }
 
 MatX GeneralisedMass::dense() const {
+  ARCHETIDE_CHECK(!nodal);
   MatX m = MatX::Zero(size(), size());
   m.topLeftCorner<3, 3>().diagonal().setConstant(mass);
   m.block<3, 3>(3, 3) = inertia;
@@ -55,6 +97,7 @@ MatX GeneralisedMass::dense() const {
 }
 
 MatX GeneralisedMass::inverse() const {
+  ARCHETIDE_CHECK(!nodal);
   MatX m = MatX::Zero(size(), size());
   m.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / mass);
   m.block<3, 3>(3, 3) = inertia_inverse;
@@ -69,6 +112,10 @@ GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTer
   H.mass = terms.mass;
   H.inertia = terms.inertia;
   H.inertia_inverse = terms.inertia_inverse;
+  if (body.nodes) {
+    H.nodal = nodal_mass(body, terms, implicit_length(dt, stage, step));
+    return H;
+  }
   H.M_hat = terms.M_q + implicit_part(body, dt, stage, step);
   if (body.r > 0) H.M_hat_factor.compute(H.M_hat);
   return H;
@@ -90,12 +137,16 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   // C and K over qⁿ, qⁿ⁺¹
   if (body.r > 0) {
     const VecX q_n = 2.0 * at.q - body.q;
-    const auto K = body.archetype->K_r.topLeftCorner(body.r, body.r);
     auto modal = momentum.tail(body.r);
-    modal = out.terms.M_q * body.q_dot - h * (K * q_n) +
-            h * (fictitious_force(body, at, out.terms) + force.tail(body.r));
+    if (body.nodes) {
+      modal = nodal_momentum(body, q_n, at, force, h, out);
+    } else {
+      const auto K = body.archetype->K_r.topLeftCorner(body.r, body.r);
+      modal = out.terms.M_q * body.q_dot - h * (K * q_n) +
+              h * (fictitious_force(body, at, out.terms) + force.tail(body.r));
+    }
     if (options.step == ModalStep::kTrapezoid && stage == Stage::kVelocityFull)
-      modal -= (out.H.M_hat - out.terms.M_q) * body.q_dot;
+      take_implicit_part(body, out, modal);
   }
   hold(at.locked, out.H);
   out.y_star = out.H.solve(momentum);

@@ -9,6 +9,9 @@
 
 namespace archetide {
 
+class NodalMass;
+class NodalSpace;
+
 /// How the modes are advanced: the trapezoidal rule (default) [D32] or backward Euler (Eq. 31).
 enum class ModalStep { kTrapezoid, kBackwardEuler };
 /// M_q = B^T M B at the current q (default) [D2], or the paper's constant M_r.
@@ -19,7 +22,8 @@ struct ModalOptions {
 };
 
 /// One instance of an archetype: pose, momenta, modal state [SLYF15]. r = 0 is a rigid body through
-/// the same code. World frame unless the name ends in _body.
+/// the same code, and so is a body of nodes: every degree of freedom of its tets is a mode, S = 1
+/// (S13). World frame unless the name ends in _body.
 struct ReducedBody {
   std::shared_ptr<const Archetype> archetype;
   double mass_scale = 1.0;  // density / archetype density; scales every mass, leaves K alone
@@ -32,8 +36,14 @@ struct ReducedBody {
   VecX q;                            // r, modal displacement, 1 (S has unit m)
   VecX q_dot;                        // r, 1/s
 
+  std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
+
   int dofs() const { return 6 + r; }
 };
+
+/// The body at rest with every node of its tets free; its archetype must keep their matrices.
+/// `nodes`: of the archetype, shared by its instances.
+void free_nodes(std::shared_ptr<const NodalSpace> nodes, ReducedBody& body);
 
 /// A place to evaluate configuration-dependent quantities at.
 struct Configuration {
@@ -70,9 +80,14 @@ ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q);
 /// Second moments of the deformed shape y = x + S q in the body frame, O(r^2); mass_scale included.
 struct Moments {
   Mat3 Syy;             // sum m y y^T, kg m^2
-  std::vector<Mat3> C;  // r: sum m y phi_i^T, kg m
+  std::vector<Mat3> C;  // r: sum m y phi_i^T, kg m; a body of nodes has ..
+  VecX nodal = VecX();  // .. M y instead, 3 n, kg m
 };
 Moments deformed_moments(const ReducedBody& body, const VecX& q);
+
+/// Angular momentum of the modes about the centre of mass in the body frame, sum m y x (S q_dot),
+/// kg m^2/s, at the shape of `moments`.
+Vec3 angular_momentum_of_modes(const Moments& moments, const VecX& q_dot);
 
 /// Everything of one configuration that follows from the archetype's integrals, O(r^2).
 struct ConfigurationTerms {
@@ -83,11 +98,18 @@ struct ConfigurationTerms {
   MatX D;              // 3 x r, world: angular momentum of the modes, L_modes = D q_dot
   MatX spin_of_modes;  // 3 x r: I^-1 D, the spin filtered out of each mode: B_i = R phi_i - (I^-1
                        // D_i) x r
-  MatX M_q;            // r x r: M_r - D^T I^-1 D (kExact) or M_r (kPaper), kg
+  MatX M_q;            // r x r: M_r - D^T I^-1 D (kExact) or M_r (kPaper), kg; empty with nodes
   ShapeCorrection shape;
+  bool exact_mass = true;  // kExact
 };
 ConfigurationTerms configuration_terms(const ReducedBody& body, const Configuration& c,
                                        ModalMass mass);
+
+/// M_q q_dot, r, kg/s.
+VecX modal_momentum(const ReducedBody& body, const ConfigurationTerms& terms, const VecX& q_dot);
+
+/// K_r q, r, N m.
+VecX elastic_force(const ReducedBody& body, const VecX& q);
 
 /// H = diag(m 1, I, Mhat): the generalised mass that the coupled solve sees. The generalised
 /// velocity is y = (v, w, q_dot) with v = P/m and w = I^-1 L (the spin that carries all of L), 6 +
@@ -97,14 +119,16 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
 struct GeneralisedMass {
   double mass = 0.0;
   Mat3 inertia, inertia_inverse;
-  MatX M_hat;  // r x r
+  MatX M_hat;  // r x r; a body of nodes has ..
   Eigen::LDLT<MatX> M_hat_factor;
+  std::shared_ptr<const NodalMass> nodal = nullptr;  // .. this instead
 
-  int size() const { return 6 + static_cast<int>(M_hat.rows()); }
-  VecX apply(const VecX& y) const;  // H y, generalised momentum
-  VecX solve(const VecX& f) const;  // H^-1 f
-  MatX dense() const;               // H
-  MatX inverse() const;             // H^-1
+  int size() const;
+  VecX modal_product(const VecX& q_dot) const;  // Mhat q_dot, r
+  VecX apply(const VecX& y) const;              // H y, generalised momentum
+  VecX solve(const VecX& f) const;              // H^-1 f
+  MatX dense() const;                           // H; only with modes
+  MatX inverse() const;                         // H^-1; only with modes
 };
 
 /// y of the body's present momenta, (P/m, I^-1 L, q_dot), 6 + r.
@@ -163,6 +187,11 @@ void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, con
                      const Vec3& origin, std::vector<Vec3>& places);
 /// Moment arm R (s (x + phi q) + d) of one such point, world, m.
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi);
+
+/// The modes at surface vertex v, body frame, 3 x r.
+MatX modes_at_vertex(const ReducedBody& body, int v);
+/// deformed_places of the vertices of the surface.
+void surface_places(const ReducedBody& body, const Vec3& origin, std::vector<Vec3>& places);
 
 /// World position / velocity of surface vertex v, and all of them at once.
 Vec3 surface_point(const ReducedBody& body, int v);

@@ -1,32 +1,41 @@
+#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 #include "runtime/solid/rotation.h"
 
 namespace archetide {
 namespace {
 
-/// φ_i at surface vertex v, body frame, 3 x r.
-auto modes_at(const ReducedBody& body, int v) {
-  return body.archetype->surface_modes.block(3 * v, 0, 3, body.r);
-}
-
 /// Moment arm of vertex v, world.
 Vec3 moment_arm(const ReducedBody& body, int v) {
-  return deformed_arm(body, body.archetype->surface.vertices[v], modes_at(body, v));
+  return deformed_arm(body, body.archetype->surface.vertices[v], modes_at_vertex(body, v));
+}
+
+/// origin + R (s (x + u) + d).
+void moved_places(const ReducedBody& body, const std::vector<Vec3>& rest, const VecX& u,
+                  const Vec3& origin, std::vector<Vec3>& places) {
+  const ShapeCorrection shape = shape_correction(body, body.q);
+  const Mat3 R = body.rotation.toRotationMatrix(), sR = shape.s * R;
+  const Vec3 middle = origin + R * shape.shift;
+  places.resize(rest.size());
+  for (std::size_t k = 0; k < places.size(); ++k)
+    places[k] = middle + sR * (rest[k] + u.segment<3>(3 * static_cast<long>(k)));
 }
 
 }  // namespace
 
+MatX modes_at_vertex(const ReducedBody& body, int v) {
+  if (!body.nodes) return body.archetype->surface_modes.block(3 * v, 0, 3, body.r);
+  MatX phi = MatX::Zero(3, body.r);
+  phi.middleCols<3>(body.nodes->first_dof(v)).setIdentity();
+  return phi;
+}
+
 // Eq. 1, with the shape correction: x = t + R (s (x0 + S q) + d).
 void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
                      const Vec3& origin, std::vector<Vec3>& places) {
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  const Mat3 R = body.rotation.toRotationMatrix(), sR = shape.s * R;
-  const Vec3 middle = origin + R * shape.shift;
   const VecX u = body.r > 0 ? VecX(modes.leftCols(body.r) * body.q)
                             : VecX(VecX::Zero(3 * static_cast<long>(rest.size())));
-  places.resize(rest.size());
-  for (std::size_t k = 0; k < places.size(); ++k)
-    places[k] = middle + sR * (rest[k] + u.segment<3>(3 * static_cast<long>(k)));
+  moved_places(body, rest, u, origin, places);
 }
 
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi) {
@@ -34,11 +43,18 @@ Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi) {
   return body.rotation * (shape.s * (rest + phi * body.q) + shape.shift);
 }
 
+void surface_places(const ReducedBody& body, const Vec3& origin, std::vector<Vec3>& places) {
+  const Archetype& a = *body.archetype;
+  if (body.nodes)
+    moved_places(body, a.surface.vertices, body.nodes->at_surface(body.q), origin, places);
+  else
+    deformed_places(body, a.surface.vertices, a.surface_modes, origin, places);
+}
+
 Vec3 surface_point(const ReducedBody& body, int v) { return body.position + moment_arm(body, v); }
 
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points) {
-  const Archetype& a = *body.archetype;
-  deformed_places(body, a.surface.vertices, a.surface_modes, body.position, points);
+  surface_places(body, body.position, points);
 }
 
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
@@ -56,7 +72,7 @@ MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, cons
 }
 
 MatX point_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, int v) {
-  return arm_jacobian(body, terms, moment_arm(body, v), modes_at(body, v));
+  return arm_jacobian(body, terms, moment_arm(body, v), modes_at_vertex(body, v));
 }
 
 // Eq. 3: v + ω × a + B q̇.

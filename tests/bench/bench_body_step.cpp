@@ -1,13 +1,16 @@
 // Cost of a step of one body (both stages, no water), of the test that no element turns inside out
 // (far from the limit, and where every tet is looked at) and the bytes of an instance, for
-// archetypes of different meshes.
+// archetypes of different meshes; of archetypes that keep their matrices also what a body of nodes
+// takes: its factor, solves with 1 and 50 right-hand sides, a step.
 //   bench_body_step MODES ARCHETYPE.h5 ...
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 #include "common/input_error.h"
+#include "runtime/numerics/solve_report.h"
 #include "runtime/solid/inversion_limit.h"
+#include "runtime/solid/nodal_space.h"
 #include "tests/support/bench_main.h"
 #include "tests/support/best_time.h"
 #include "tests/support/dry_body.h"
@@ -35,6 +38,33 @@ VecX first_unsure(const InversionLimit& limit, int r) {
   return q;
 }
 
+void print_nodes(const std::shared_ptr<const Archetype>& archetype) {
+  if (archetype->matrices.empty()) return;
+  const Stopwatch analysis;
+  const auto nodes = std::make_shared<const NodalSpace>(archetype);
+  const double analysed = analysis.wall();
+  const Stopwatch factoring;
+  const auto factor = nodes->factor(1e-4);
+  const double factored = factoring.wall();
+  const auto milliseconds = [&](int columns) {
+    MatX x = MatX::Ones(nodes->size(), columns);
+    return 1e-3 * best_microseconds(3, [&](int times) {
+             for (int n = 0; n < times; ++n) factor->solve(x);
+           });
+  };
+  ReducedBody body = make_body(archetype, 0);
+  free_nodes(nodes, body);
+  body.L = archetype->integrals.Sxx.trace() * Vec3(0.1, 0.2, 0.3);
+  const double step =
+      1e-3 * best_microseconds(3, [&](int steps) { dry_steps(body, steps, 0.02, {}); });
+  std::printf(
+      "  every node: %d dofs, analysis %.2f s, factor %.2f s, %.0f MB; solve %.1f ms, of 50 %.1f "
+      "ms "
+      "each; step %.1f ms; %zu bytes/instance\n",
+      nodes->size(), analysed, factored, 1e-6 * static_cast<double>(factor->bytes()),
+      milliseconds(1), milliseconds(50) / 50, step, instance_bytes(body));
+}
+
 int main_of(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr, "usage: bench_body_step MODES ARCHETYPE.h5 ...\n");
@@ -54,6 +84,7 @@ int main_of(int argc, char** argv) {
                 archetype->tets.tets.size(), archetype->surface.vertices.size(), body.r,
                 microseconds_per_step(body), microseconds_per_test(limit, VecX::Zero(body.r)),
                 microseconds_per_test(limit, first_unsure(limit, body.r)), instance_bytes(body));
+    print_nodes(archetype);
   }
   return kExitDone;
 }

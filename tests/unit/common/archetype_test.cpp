@@ -162,6 +162,54 @@ TEST(ArchetypeFile, RuntimePartLeavesOutTetsAndNodeModes) {
   std::filesystem::remove(path);
 }
 
+/// Matrices for the four nodes of `sample`.
+TetMatrices sample_matrices() {
+  TetMatrices m;
+  m.order = {2, 0, 3, 1};
+  for (int p = 0; p < 4; ++p) {
+    for (int q = 0; q <= p; ++q) {
+      m.column.push_back(q);
+      m.mass.push_back(1.0 + p + 0.1 * q);
+      m.stiffness.push_back(Mat3::Constant(p) + Mat3(Vec3(1, 2, q).asDiagonal()));
+    }
+    m.row_ends.push_back(static_cast<int>(m.column.size()));
+  }
+  return m;
+}
+
+TEST(ArchetypeFile, MatricesOfTheTetsAreReadWithTheWholeOnly) {
+  const std::string path = scratch("matrices.h5");
+  Archetype a = sample(2);
+  const std::string without = write_archetype(path, a);
+  EXPECT_TRUE(read_archetype(path).matrices.empty());
+  a.matrices = sample_matrices();
+  EXPECT_EQ(write_archetype(path, a), without);  // they follow from the rest
+  EXPECT_TRUE(read_archetype(path, Part::kRuntime).matrices.empty());
+  const TetMatrices m = read_archetype(path).matrices;
+  EXPECT_EQ(m.order, a.matrices.order);
+  EXPECT_EQ(m.row_ends, a.matrices.row_ends);
+  EXPECT_EQ(m.column, a.matrices.column);
+  EXPECT_EQ(m.mass, a.matrices.mass);
+  EXPECT_EQ(m.stiffness, a.matrices.stiffness);
+}
+
+TEST(ArchetypeValidation, RefusesMatricesThatAreNoneOfTheTets) {
+  const auto refused = [](const auto& damage) {
+    Archetype a = sample(2);
+    a.matrices = sample_matrices();
+    validate(a);
+    damage(a.matrices);
+    EXPECT_THROW(validate(a), AssertionError);
+  };
+  refused([](TetMatrices& m) { m.order[1] = 2; });        // a node twice
+  refused([](TetMatrices& m) { m.order.pop_back(); });    // a node missing
+  refused([](TetMatrices& m) { m.column[1] = 3; });       // above the diagonal
+  refused([](TetMatrices& m) { m.row_ends[0] = 0; });     // an empty row
+  refused([](TetMatrices& m) { m.row_ends[3] = 1000; });  // beyond the end
+  refused([](TetMatrices& m) { m.mass.back() = 0.0; });   // no mass
+  refused([](TetMatrices& m) { m.stiffness[2](1, 1) = NAN; });
+}
+
 TEST(ArchetypeFile, SameContentsGiveTheSameBytes) {
   const std::string first = scratch("first.h5"), second = scratch("second.h5");
   write_archetype(first, sample(3));

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "common/input_error.h"
+#include "precompute/keep_matrices.h"
 #include "tests/unit/precompute/shapes.h"
 
 namespace archetide {
@@ -34,6 +35,24 @@ VecX linear_field(const TetMesh& mesh, const Mat3& G, const Vec3& c) {
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
     u.segment<3>(3 * Eigen::Index(i)) = G * mesh.nodes[i] + c;
   return u;
+}
+
+TEST(KeptMatrices, AreTheLowerTriangleOfMassAndStiffness) {
+  const TetMesh mesh = distorted_box();
+  for (const MassKind kind : {MassKind::kConsistent, MassKind::kLumped}) {
+    const TetMatrices kept = keep_matrices(mesh, kSteelLike, kind);
+    const MatX K = stiffness_matrix(mesh, kSteelLike), M = mass_matrix(mesh, kSteelLike, kind);
+    MatX K_kept = MatX::Zero(K.rows(), K.cols()), M_kept = MatX::Zero(M.rows(), M.cols());
+    for (int p = 0; p < static_cast<int>(kept.row_ends.size()); ++p)
+      for (int e = kept.row_begin(p); e < kept.row_end(p); ++e) {
+        const int q = kept.column[e];
+        K_kept.block<3, 3>(3L * p, 3L * q) = kept.stiffness[e];
+        K_kept.block<3, 3>(3L * q, 3L * p) = kept.stiffness[e].transpose();
+        M_kept(p, q) = M_kept(q, p) = kept.mass[e];
+      }
+    EXPECT_EQ(M_kept, M);
+    EXPECT_LT((K_kept - K).norm(), 1e-14 * K.norm());  // K is symmetric to round-off
+  }
 }
 
 TEST(Elasticity, RigidMotionsCauseNoForce) {

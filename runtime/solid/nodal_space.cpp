@@ -1,0 +1,145 @@
+#include "runtime/solid/nodal_space.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "common/check.h"
+#include "runtime/solid/reduced_body.h"
+
+namespace archetide {
+namespace {
+
+/// Rigid motions of the rest shape about the origin, 3 n x 6.
+MatX rigid_motions(const std::vector<Vec3>& nodes) {
+  MatX J(3 * static_cast<long>(nodes.size()), 6);
+  for (std::size_t p = 0; p < nodes.size(); ++p) {
+    const auto row = 3 * static_cast<long>(p);
+    J.block<3, 3>(row, 0).setIdentity();
+    for (int axis = 0; axis < 3; ++axis)
+      J.block<3, 1>(row, 3 + axis) = Vec3::Unit(axis).cross(nodes[p]);
+  }
+  return J;
+}
+
+}  // namespace
+
+NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
+    : archetype_(std::move(archetype)) {
+  const Archetype& a = *archetype_;
+  ARCHETIDE_CHECK(!a.matrices.empty() && !a.tets.nodes.empty());
+  rest_.resize(3 * static_cast<long>(a.tets.nodes.size()));
+  for (std::size_t p = 0; p < a.tets.nodes.size(); ++p)
+    rest_.segment<3>(3 * static_cast<long>(p)) = a.tets.nodes[p];
+  pattern_ = std::make_shared<const FactorPattern>(a.matrices);
+  rigid_ = rigid_motions(a.tets.nodes);
+  rigid_momentum_.resize(rigid_.rows(), 6);
+  for (int k = 0; k < 6; ++k) rigid_momentum_.col(k) = product(1.0, 0.0, rigid_.col(k));
+  rigid_momentum_ = (rigid_momentum_ * (rigid_.transpose() * rigid_momentum_).inverse()).eval();
+  rest_moments_ = product(1.0, 0.0, rest_);
+  if (a.r() == 0 || a.swelling.volume.size() > 0)
+    swelling_ = std::make_unique<SurfaceSwelling>(a.surface);
+}
+
+VecX NodalSpace::at_surface(const VecX& u) const {
+  const std::vector<int>& node = archetype_->surface_to_node;
+  VecX out(3 * static_cast<long>(node.size()));
+  for (std::size_t v = 0; v < node.size(); ++v)
+    out.segment<3>(3 * static_cast<long>(v)) = u.segment<3>(3L * node[v]);
+  return out;
+}
+
+VecX NodalSpace::from_surface(const VecX& f) const {
+  const std::vector<int>& node = archetype_->surface_to_node;
+  VecX out = VecX::Zero(size());
+  for (std::size_t v = 0; v < node.size(); ++v)
+    out.segment<3>(3L * node[v]) += f.segment<3>(3 * static_cast<long>(v));
+  return out;
+}
+
+VecX NodalSpace::product(double a, double b, const VecX& u) const {
+  const TetMatrices& m = archetype_->matrices;
+  VecX out = VecX::Zero(u.size());
+  for (int p = 0; p < static_cast<int>(m.row_ends.size()); ++p) {
+    const Vec3 u_p = u.segment<3>(3L * p);
+    Vec3 sum = Vec3::Zero();
+    const int diagonal = m.row_end(p) - 1;
+    for (int e = m.row_begin(p); e < diagonal; ++e) {
+      const int q = m.column[e];
+      Mat3 block = b * m.stiffness[e];
+      block.diagonal().array() += a * m.mass[e];
+      sum += block * u.segment<3>(3L * q);
+      out.segment<3>(3L * q) += block.transpose() * u_p;
+    }
+    out.segment<3>(3L * p) +=
+        sum + (a * m.mass[diagonal]) * u_p + b * (m.stiffness[diagonal] * u_p);
+  }
+  return out;
+}
+
+void NodalSpace::take_rigid_motion(MatX& u) const {
+  u -= rigid_ * (rigid_momentum_.transpose() * u).eval();
+}
+
+void NodalSpace::take_rigid_force(MatX& f) const {
+  f -= rigid_momentum_ * (rigid_.transpose() * f).eval();
+}
+
+std::shared_ptr<const BlockCholesky> NodalSpace::factor(double ratio) const {
+  const std::lock_guard guard(lock_);
+  const auto found = std::find_if(factors_.begin(), factors_.end(),
+                                  [&](const auto& kept) { return kept.first == ratio; });
+  if (found != factors_.end()) {
+    std::rotate(found, found + 1, factors_.end());  // the one that was used last stands last
+    return factors_.back().second;
+  }
+  if (factors_.size() == kKeptFactors) factors_.erase(factors_.begin());
+  factors_.emplace_back(
+      ratio, std::make_shared<const BlockCholesky>(pattern_, archetype_->matrices, ratio));
+  return factors_.back().second;
+}
+
+std::size_t NodalSpace::bytes() const {
+  const TetMatrices& m = archetype_->matrices;
+  std::size_t sum = m.column.size() * (sizeof(int) + sizeof(double) + sizeof(Mat3));
+  const std::lock_guard guard(lock_);
+  for (const auto& [ratio, factor] : factors_) sum += factor->bytes();
+  return sum + sizeof(double) * static_cast<std::size_t>(rigid_.size() + rigid_momentum_.size() +
+                                                         2 * rest_.size());
+}
+
+NodalMass::NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b)
+    : space_(std::move(space)), a_(a), b_(b), factor_(space_->factor(b / a)) {}
+
+void NodalMass::add(const MatX& U, const MatX& C) {
+  Addition added{U, C, solve(U), MatX()};
+  const MatX I = MatX::Identity(C.rows(), C.cols());
+  const MatX G = C * (I + U.transpose() * added.W * C).inverse();
+  added.G = 0.5 * (G + G.transpose());
+  additions_.push_back(std::move(added));
+}
+
+VecX NodalMass::product(const VecX& u) const {
+  VecX f = space_->product(a_, b_, u);
+  for (const Addition& added : additions_) f += added.U * (added.C * (added.U.transpose() * u));
+  return f;
+}
+
+// u of a M + b K alone; each addition takes W G U^T u of what was there before.
+MatX NodalMass::solve(MatX f) const {
+  space_->take_rigid_force(f);
+  factor_->solve(f);
+  f /= a_;
+  space_->take_rigid_motion(f);
+  for (const Addition& added : additions_)
+    f -= added.W * (added.G * (added.U.transpose() * f)).eval();
+  return f;
+}
+
+void free_nodes(std::shared_ptr<const NodalSpace> nodes, ReducedBody& body) {
+  ARCHETIDE_CHECK(&nodes->archetype() == body.archetype.get());
+  body.r = nodes->size();
+  body.q = body.q_dot = VecX::Zero(body.r);
+  body.nodes = std::move(nodes);
+}
+
+}  // namespace archetide

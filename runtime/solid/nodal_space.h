@@ -1,0 +1,84 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "common/archetype.h"
+#include "runtime/solid/block_cholesky.h"
+
+namespace archetide {
+
+/// Every node of an archetype's tets as a degree of freedom: what modes are to a reduced body, with
+/// S = 1 (docs/method.md, S13). Displacements u of the n nodes, 3 n numbers in the body frame, m,
+/// without rigid motion of the rest shape: J_0^T M u = 0. Made once and shared by all instances.
+class NodalSpace {
+ public:
+  /// The archetype must have its tets and their matrices (keep = "tets").
+  explicit NodalSpace(std::shared_ptr<const Archetype> archetype);
+
+  int size() const { return static_cast<int>(rest_.size()); }  // 3 n
+  const Archetype& archetype() const { return *archetype_; }
+  const VecX& rest() const { return rest_; }                  // x of the nodes, 3 n, m
+  const VecX& rest_moments() const { return rest_moments_; }  // M x, 3 n, kg m
+  int first_dof(int vertex) const {  // of the node at a vertex of the surface
+    return 3 * archetype_->surface_to_node[static_cast<std::size_t>(vertex)];
+  }
+  VecX at_surface(const VecX& u) const;                                // 3 ns
+  VecX from_surface(const VecX& f) const;                              // its transpose, 3 n
+  const SurfaceSwelling* swelling() const { return swelling_.get(); }  // null: not corrected
+
+  /// (a M + b K) u.
+  VecX product(double a, double b, const VecX& u) const;
+  /// Pi = 1 - J_0 (J_0^T M J_0)^-1 J_0^T M and its transpose, on columns of displacements and of
+  /// forces.
+  void take_rigid_motion(MatX& u) const;
+  void take_rigid_force(MatX& f) const;
+
+  /// Factor of M + ratio K (ratio in s^2). The last few are kept: steps come in few lengths, and
+  /// both stages of one have the same.
+  std::shared_ptr<const BlockCholesky> factor(double ratio) const;
+  static constexpr std::size_t kKeptFactors = 3;
+
+  /// Of the archetype's matrices, factors that are kept and their pattern.
+  std::size_t bytes() const;
+
+ private:
+  std::shared_ptr<const Archetype> archetype_;
+  VecX rest_, rest_moments_;
+  MatX rigid_;           // J_0, 3 n x 6
+  MatX rigid_momentum_;  // M J_0 (J_0^T M J_0)^-1, 3 n x 6
+  std::unique_ptr<SurfaceSwelling> swelling_;
+  std::shared_ptr<const FactorPattern> pattern_;
+  mutable std::mutex lock_;
+  mutable std::vector<std::pair<double, std::shared_ptr<const BlockCholesky>>> factors_;
+};
+
+/// Mhat of a body of nodes: a M + b K + sum U C U^T with few columns U, on displacements without
+/// rigid motion (Woodbury).
+class NodalMass {
+ public:
+  /// a > 0 (1), b >= 0 (s^2).
+  NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b);
+  /// += U C U^T; C (k x k) symmetric.
+  void add(const MatX& U, const MatX& C);
+
+  int size() const { return space_->size(); }
+  const NodalSpace& space() const { return *space_; }
+  VecX product(const VecX& u) const;
+  /// Mhat^-1 f, columns side by side: displacements of the part of f that is no rigid force.
+  MatX solve(MatX f) const;
+
+ private:
+  struct Addition {
+    MatX U, C;
+    MatX W, G;  // W = Mhat^-1 U of what was there before, G = C (1 + U^T W C)^-1
+  };
+  std::shared_ptr<const NodalSpace> space_;
+  double a_, b_;
+  std::shared_ptr<const BlockCholesky> factor_;
+  std::vector<Addition> additions_;
+};
+
+}  // namespace archetide

@@ -1,0 +1,74 @@
+#include "runtime/solid/nodal_terms.h"
+
+#include <cmath>
+
+#include "runtime/solid/rotation.h"
+
+namespace archetide {
+namespace {
+
+/// sum a_p b_p^T over the nodes.
+Mat3 outer_sum(const VecX& a, const VecX& b) {
+  const Eigen::Map<const Eigen::Matrix3Xd> A(a.data(), 3, a.size() / 3),
+      B(b.data(), 3, b.size() / 3);
+  return A * B.transpose();
+}
+
+}  // namespace
+
+// Σ m y yᵀ = Σ m x xᵀ + Σ m u xᵀ + Σ m y uᵀ
+Moments nodal_moments(const ReducedBody& body, const VecX& u) {
+  const NodalSpace& nodes = *body.nodes;
+  const VecX Mu = nodes.product(body.mass_scale, 0.0, u);
+  Moments out{body.mass_scale * body.archetype->integrals.Sxx,
+              {},
+              body.mass_scale * nodes.rest_moments() + Mu};
+  out.Syy += outer_sum(Mu, nodes.rest()) + outer_sum(out.nodal, u);
+  return out;
+}
+
+Vec3 nodal_angular_momentum(const VecX& Y, const VecX& u_dot) { return axial(outer_sum(Y, u_dot)); }
+
+MatX nodal_levers(const Mat3& R, const VecX& Y) {
+  MatX D(3, Y.size());
+  for (Eigen::Index p = 0; p < Y.size(); p += 3) D.middleCols<3>(p) = R * skew(Y.segment<3>(p));
+  return D;
+}
+
+ShapeCorrection nodal_shape_correction(const NodalSpace& nodes, const VecX& u) {
+  ShapeCorrection out{1.0, VecX::Zero(u.size()), Vec3::Zero(), MatX::Zero(3, u.size())};
+  if (!nodes.swelling() || u.isZero(0.0)) return out;
+  const VecX u_s = nodes.at_surface(u);
+  const SurfaceSwelling::Products second = *nodes.swelling() * u_s;
+  const double e = u_s.dot(second.volume);
+  out.s = std::cbrt(e > 0.0 ? 1.0 / (1.0 + e) : 1.0 - e);
+  out.slope = nodes.from_surface(-2.0 / 3.0 / (1.0 + std::abs(e)) * second.volume);
+  const double w = 1.0 / std::sqrt(1.0 + e * e);
+  for (int k = 0; k < 3; ++k) {
+    const double c = u_s.dot(second.centroid[k]);
+    out.shift[k] = -w * c;
+    out.shift_rate.row(k) =
+        nodes.from_surface(-2.0 * w * second.centroid[k] + 2.0 * e * w * w * w * c * second.volume)
+            .transpose();
+  }
+  out.shift_rate -= out.shift * out.slope.transpose();
+  return out;
+}
+
+// Eqs. 5 and 7 node by node: −([w]² Y_p + 2 [w] (M u̇)_p), and their torque taken out by Bᵀ.
+VecX nodal_fictitious_force(const ReducedBody& body, const Configuration& at,
+                            const ConfigurationTerms& terms) {
+  const Mat3 R = at.rotation.toRotationMatrix();
+  const Vec3 w = R.transpose() * frame_spin(terms, body.L + at.delta_L, at.q_dot);
+  const VecX& Y = terms.moments.nodal;
+  const VecX momentum = body.nodes->product(body.mass_scale, 0.0, at.q_dot);
+  VecX g(Y.size());
+  for (Eigen::Index p = 0; p < Y.size(); p += 3)
+    g.segment<3>(p) = -w.cross(w.cross(Y.segment<3>(p)) + 2.0 * momentum.segment<3>(p));
+  const Mat3 C_u = outer_sum(Y, at.q_dot);
+  g.noalias() -=
+      terms.spin_of_modes.transpose() * (R * fictitious_torque(w, terms.moments.Syy, C_u));
+  return g;
+}
+
+}  // namespace archetide

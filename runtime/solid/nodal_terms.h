@@ -1,0 +1,27 @@
+#pragma once
+
+#include "runtime/solid/nodal_space.h"
+#include "runtime/solid/reduced_body.h"
+
+namespace archetide {
+
+// What configuration_terms() reads of a body of nodes (S13): sums over its nodes in O(n). u: the
+// displacement of the nodes, 3 n, m; Y = M y: their moments, 3 n, kg m; body frame.
+
+Moments nodal_moments(const ReducedBody& body, const VecX& u);
+
+/// sum Y_p x u_dot_p.
+Vec3 nodal_angular_momentum(const VecX& Y, const VecX& u_dot);
+
+/// D = R [Y_p] node by node, 3 x 3 n.
+MatX nodal_levers(const Mat3& R, const VecX& Y);
+
+ShapeCorrection nodal_shape_correction(const NodalSpace& nodes, const VecX& u);
+
+VecX nodal_fictitious_force(const ReducedBody& body, const Configuration& at,
+                            const ConfigurationTerms& terms);
+
+/// Torque of the fictitious forces about the centre of mass, N m; C_u = sum m y u_dot^T.
+Vec3 fictitious_torque(const Vec3& w, const Mat3& Syy, const Mat3& C_u);
+
+}  // namespace archetide

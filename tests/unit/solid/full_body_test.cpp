@@ -1,0 +1,194 @@
+// Bodies of nodes: every degree of freedom of the tets, S = 1.
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <set>
+
+#include "runtime/solid/nodal_space.h"
+#include "tests/support/dry_body.h"
+#include "tests/support/small_fem.h"
+#include "tests/support/synthetic_archetype.h"
+
+namespace archetide {
+namespace {
+
+/// The blocks of two dense matrices that nodes of one tet share, in the given order of elimination.
+TetMatrices sparse(const TetMesh& mesh, const SmallFem& fem, std::vector<int> order) {
+  TetMatrices m;
+  m.order = std::move(order);
+  std::vector<std::set<int>> neighbours(mesh.nodes.size());
+  for (const auto& tet : mesh.tets)
+    for (const int p : tet)
+      for (const int q : tet)
+        if (q <= p) neighbours[p].insert(q);
+  for (int p = 0; p < static_cast<int>(mesh.nodes.size()); ++p) {
+    for (const int q : neighbours[p]) {
+      m.column.push_back(q);
+      m.mass.push_back(fem.scalar_mass(p, q));
+      m.stiffness.push_back(fem.K.block<3, 3>(3L * p, 3L * q));
+    }
+    m.row_ends.push_back(static_cast<int>(m.column.size()));
+  }
+  return m;
+}
+
+std::vector<int> shuffled(std::size_t n) {
+  std::vector<int> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  unsigned state = 7;
+  for (std::size_t k = n; k > 1; --k) {
+    state = 1664525u * state + 1013904223u;
+    std::swap(order[k - 1], order[(state >> 8) % k]);
+  }
+  return order;
+}
+
+/// A soft blob with all its modes, and the matrices of its 27 nodes.
+struct Blob {
+  TetMesh tets = blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(2, 2, 2));
+  SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
+  std::shared_ptr<Archetype> archetype;
+  std::shared_ptr<const NodalSpace> nodes;
+
+  Blob() {
+    const ElasticModes modes = elastic_modes(fem);
+    archetype = deformable_archetype(tets, 400.0, modes.shapes, modes.omega).archetype;
+    archetype->alpha = 0.1, archetype->beta = 1e-3;
+    archetype->matrices = sparse(tets, fem, shuffled(tets.nodes.size()));
+    nodes = std::make_shared<const NodalSpace>(archetype);
+  }
+};
+
+/// Spins and vibrates; the same motion with nodes as with modes.
+void set_moving(ReducedBody& body, const MatX& modes) {
+  const ConfigurationTerms t =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  body.rotation = Quat(0.8, 0.3, -0.2, 0.4).normalized();
+  body.P = body_mass(body) * Vec3(0.3, -0.1, 0.2);
+  body.L = t.inertia * Vec3(1.0, 1.5, -1.2);
+  const VecX share = VecX::LinSpaced(modes.cols(), 1.0, -0.5);
+  body.q = 2e-3 * (modes * share);
+  body.q_dot = 0.02 * (modes * share.reverse());
+}
+
+struct Twins {
+  ReducedBody with_modes, with_nodes;
+};
+Twins twins(const Blob& blob) {
+  const int r = blob.archetype->r();
+  Twins t{make_body(blob.archetype, r), make_body(blob.archetype, 0)};
+  t.with_modes.mass_scale = t.with_nodes.mass_scale = 1.5;
+  free_nodes(blob.nodes, t.with_nodes);
+  set_moving(t.with_modes, MatX::Identity(r, r));
+  set_moving(t.with_nodes, blob.archetype->node_modes);
+  return t;
+}
+
+/// Largest distance of surface points, of the size of the body.
+double largest_distance(const ReducedBody& a, const ReducedBody& b) {
+  std::vector<Vec3> x, y;
+  surface_points(a, x), surface_points(b, y);
+  double most = 0.0;
+  for (std::size_t v = 0; v < x.size(); ++v) most = std::max(most, (x[v] - y[v]).norm());
+  return most / 0.5;
+}
+
+TEST(BlockCholesky, SolvesWithMassAndStiffnessInAnyOrderOfElimination) {
+  const Blob blob;
+  const double ratio = 3e-3;
+  const MatX A = blob.fem.mass() + ratio * blob.fem.K;
+  std::srand(1);
+  const MatX exact = MatX::Random(A.rows(), 40);
+  MatX x = A * exact;
+  blob.nodes->factor(ratio)->solve(x);
+  // round-off times the condition of A, about 1e3
+  EXPECT_LT((x - exact).norm(), 1e-12 * exact.norm());
+}
+
+TEST(BlockCholesky, MergedSupernodesHoldAllOfALargerFactor) {
+  const TetMesh tets = box_tets(Vec3(1.0, 0.3, 0.3), Vec3i(12, 3, 3));
+  const SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
+  std::vector<int> order(tets.nodes.size());
+  std::iota(order.begin(), order.end(), 0);
+  const TetMatrices m = sparse(tets, fem, order);
+  const auto pattern = std::make_shared<const FactorPattern>(m);
+  EXPECT_LT(pattern->supernodes().size(), tets.nodes.size() / 4);
+  const MatX A = fem.mass() + 1e-3 * fem.K;
+  MatX x = A * MatX::Ones(A.rows(), 1);
+  BlockCholesky(pattern, m, 1e-3).solve(x);
+  EXPECT_LT((x - MatX::Ones(A.rows(), 1)).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(SurfaceSwelling, IsThatOfTheModesForAnyDisplacement) {
+  const Blob blob;
+  const SurfaceSwelling swelling(blob.archetype->surface);
+  std::srand(2);
+  const VecX q = VecX::Random(blob.archetype->r());
+  const VecX u = blob.archetype->surface_modes * q;
+  const SurfaceSwelling::Products product = swelling * u;
+  const auto expect_equal = [&](const VecX& nodal, const MatX& modal) {
+    const VecX wanted = modal * q;
+    EXPECT_LT((blob.archetype->surface_modes.transpose() * nodal - wanted).norm(),
+              1e-13 * modal.norm() * q.norm());
+  };
+  expect_equal(product.volume, blob.archetype->swelling.volume);
+  for (int k = 0; k < 3; ++k)
+    expect_equal(product.centroid[k], blob.archetype->swelling.centroid[k]);
+}
+
+TEST(FullBody, ConfigurationIsThatOfAllModes) {
+  const Twins t = twins(Blob());
+  const auto terms = [](const ReducedBody& body) {
+    return configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  };
+  const ConfigurationTerms modal = terms(t.with_modes), nodal = terms(t.with_nodes);
+  EXPECT_LT((modal.inertia - nodal.inertia).norm(), 1e-13 * modal.inertia.norm());
+  EXPECT_NEAR(modal.shape.s, nodal.shape.s, 1e-14);
+  EXPECT_LT((modal.shape.shift - nodal.shape.shift).norm(), 1e-14);
+  const MatX& S = t.with_nodes.archetype->node_modes;
+  EXPECT_LT((modal.D - nodal.D * S).norm(), 1e-12 * modal.D.norm());
+  EXPECT_LT((modal.shape.slope - S.transpose() * nodal.shape.slope).norm(),
+            1e-12 * modal.shape.slope.norm());
+  EXPECT_NEAR(kinetic_energy(t.with_modes), kinetic_energy(t.with_nodes),
+              1e-12 * kinetic_energy(t.with_modes));
+  EXPECT_NEAR(elastic_energy(t.with_modes), elastic_energy(t.with_nodes),
+              1e-12 * elastic_energy(t.with_modes));
+}
+
+TEST(FullBody, MovesAsWithAllModesFor200Steps) {
+  for (const ModalStep rule : {ModalStep::kTrapezoid, ModalStep::kBackwardEuler})
+    for (const ModalMass mass : {ModalMass::kExact, ModalMass::kPaper}) {
+      Twins t = twins(Blob());
+      dry_steps(t.with_modes, 200, 0.01, {rule, mass});
+      dry_steps(t.with_nodes, 200, 0.01, {rule, mass});
+      EXPECT_LT(largest_distance(t.with_modes, t.with_nodes), 1e-10);
+      EXPECT_LT((t.with_modes.q_dot - t.with_nodes.archetype->node_modes.transpose() *
+                                          t.with_nodes.nodes->product(1.0, 0.0, t.with_nodes.q_dot))
+                    .norm(),
+                1e-8 * t.with_modes.q_dot.norm());
+    }
+}
+
+TEST(FullBody, KeepsItsMomentaAndNoRigidMotionInItsNodes) {
+  Twins t = twins(Blob());
+  ReducedBody& body = t.with_nodes;
+  const Vec3 P = body.P, L = body.L;
+  dry_steps(body, 200, 0.01, {});
+  EXPECT_EQ(body.P, P);
+  EXPECT_EQ(body.L, L);
+  MatX rigid = body.q;
+  body.nodes->take_rigid_motion(rigid);
+  EXPECT_LT((rigid - body.q).norm(), 1e-13 * body.q.norm());
+}
+
+TEST(FullBody, FactorsOfAFewStepLengthsAreKept) {
+  const Blob blob;
+  const auto first = blob.nodes->factor(1e-4);
+  EXPECT_EQ(blob.nodes->factor(1e-4), first);
+  for (std::size_t k = 1; k <= NodalSpace::kKeptFactors; ++k)
+    blob.nodes->factor(1e-4 + 1e-5 * static_cast<double>(k));
+  EXPECT_NE(blob.nodes->factor(1e-4), first);
+}
+
+}  // namespace
+}  // namespace archetide
