@@ -215,6 +215,12 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
           "archetype " + spec.archetype + " was computed clamped at \"" + archetype->clamped +
               "\": its modes are those of a held body, and bodies " + "in a scene move freely",
           "remove clamped from its body file and build it again"}});
+  if (archetype->nonlinear() && spec.modes.value_or(1) > 0)
+    throw InputError({{spec.where,
+                       "archetype " + spec.archetype +
+                           " has nonlinear modes, which runs of this version do not move",
+                       "set modes.kind = \"linear\" in its body file and build it again, or modes "
+                       "= 0 here for a rigid body"}});
   if (!(spec.density.value_or(0.0) <= kDensest))
     throw InputError({{spec.where, "a density beyond that of any matter",
                        "density is in kg/m^3: 1000 is that of water"}});
