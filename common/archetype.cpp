@@ -365,15 +365,17 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
   full_fields(full, a);
 
   // The content hash joins the hashes of the parts, so that a reader of one part can check it.
-  std::string hashes = runtime.hash.hex() + full.hash.hex();
-  file.attribute("runtime_hash", runtime.hash.hex());
-  file.attribute("full_hash", full.hash.hex());
+  const std::string runtime_hash = runtime.hash.hex(), full_hash = full.hash.hex();
+  file.attribute("runtime_hash", runtime_hash);
+  file.attribute("full_hash", full_hash);
+  std::string hashes = runtime_hash + full_hash;
   if (a.nonlinear()) {
     ArchetypeWriter elastic{{file, "elastic"}};
     elastic_fields(elastic, a.elastic.gradients, a.elastic.weights, a.elastic.lambda, a.elastic.mu);
+    const std::string elastic_hash = elastic.hash.hex();
     file.attribute("elastic_version", ElasticCubature::kVersion);
-    file.attribute("elastic_hash", elastic.hash.hex());
-    hashes += elastic.hash.hex();
+    file.attribute("elastic_hash", elastic_hash);
+    hashes += elastic_hash;
   }
   const std::string content_hash = sha256_hex(hashes);
   file.attribute("content_hash", content_hash);
