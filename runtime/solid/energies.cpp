@@ -11,6 +11,7 @@ double kinetic_energy(const ReducedBody& body) {
 }
 
 double elastic_energy(const ReducedBody& body) {
+  if (body.archetype->nonlinear()) return body.archetype->elastic.energy(body.q);
   return 0.5 * body.q.dot(body.archetype->K_r.topLeftCorner(body.r, body.r) * body.q);
 }
 
