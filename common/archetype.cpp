@@ -70,6 +70,15 @@ void runtime_fields(Io& io, A& a) {
   io("B", a.integrals.B, "kg", "r r x 3 x 3");
 }
 
+/// Of nonlinear bodies only.
+template <class Io, class Matrix, class Vector>
+void elastic_fields(Io& io, Matrix& gradients, Vector& weights, Vector& lambda, Vector& mu) {
+  io("weights", weights, "m^3", "points");
+  io("lambda", lambda, "Pa", "points");
+  io("mu", mu, "Pa", "points");
+  io.modes("gradients", gradients, "1", "r x 3 points x 3: d phi_a / d x_c, row c points + point");
+}
+
 template <class Io, class A>
 void full_fields(Io& io, A& a) {
   io("nodes", a.tets.nodes, "m", "n x 3");
@@ -150,9 +159,10 @@ void demand_our_format(const Hdf5Reader& file) {
     file.fail("an HDF5 file, but not a body archetype");
   }
   const int version = file.int_attribute("format_version");
-  if (version != Archetype::kFormatVersion) {
-    file.fail("format version " + std::to_string(version) + ", this program reads version " +
-              std::to_string(Archetype::kFormatVersion));
+  if (version != Archetype::kFormatVersion && version != Archetype::kNonlinearFormatVersion) {
+    file.fail("format version " + std::to_string(version) + ", this program reads versions " +
+              std::to_string(Archetype::kFormatVersion) + " and " +
+              std::to_string(Archetype::kNonlinearFormatVersion));
   }
 }
 
@@ -161,6 +171,24 @@ void demand_hash(const Hdf5Reader& file, const char* attribute, const std::strin
     file.fail(std::string("the contents do not match their ") + attribute +
               " (damaged or changed by hand)");
   }
+}
+
+ElasticCubature read_elastic(const Hdf5Reader& file) {
+  if (file.int_attribute("elastic_version") != ElasticCubature::kVersion)
+    file.fail("an elastic energy of version " +
+              std::to_string(file.int_attribute("elastic_version")) +
+              ", this program reads version " + std::to_string(ElasticCubature::kVersion));
+  MatX gradients;
+  VecX weights, lambda, mu;
+  ArchetypeReader elastic{{file, "elastic"}};
+  elastic_fields(elastic, gradients, weights, lambda, mu);
+  demand_hash(file, "elastic_hash", elastic.hash.hex());
+  const Eigen::Index points = weights.size();
+  if (points == 0 || gradients.rows() != 9 * points || lambda.size() != points ||
+      mu.size() != points)
+    file.fail("elastic: not one gradient, weight and material for each point");
+  return ElasticCubature(std::move(gradients), std::move(weights), std::move(lambda),
+                         std::move(mu));
 }
 
 // ---- validation -------------------------------------------------------------------------------
@@ -291,6 +319,25 @@ void validate_modes(const Archetype& a) {
   demand_finite(a.integrals.B, "B");
 }
 
+/// The energy of these modes, with their stiffness at rest.
+void validate_elastic(const Archetype& a) {
+  if (!a.nonlinear()) return;
+  const ElasticCubature& e = a.elastic;
+  demand_shape(e.gradients, 9 * e.points(), a.r(), "elastic gradients");
+  demand_size(e.lambda, e.points(), "elastic lambda");
+  demand_size(e.mu, e.points(), "elastic mu");
+  demand_finite(e.lambda, "elastic lambda");
+  demand_finite(e.mu, "elastic mu");
+  demand_finite(e.weights, "elastic weights");
+  demand_field(e.weights.minCoeff() > 0, "elastic weights", "not positive");
+  demand_field(e.mu.minCoeff() > 0, "elastic mu", "not positive");
+  demand_field((e.lambda + 2.0 / 3.0 * e.mu).minCoeff() > 0, "elastic lambda",
+               "no bulk modulus above 0");
+  const VecX ratio = e.stiffness(VecX::Zero(a.r())).diagonal().cwiseQuotient(a.K_r.diagonal());
+  demand_field(ratio.minCoeff() > 0.5 && ratio.maxCoeff() < 2.0, "elastic gradients",
+               "another stiffness at rest than K_r");
+}
+
 void validate_tets(const Archetype& a) {
   if (a.tets.nodes.empty()) return;
   demand_finite(a.tets.nodes, "nodes");
@@ -371,6 +418,7 @@ void validate(const Archetype& a) {
   validate_surface(a);
   validate_mass(a);
   validate_modes(a);
+  validate_elastic(a);
   validate_tets(a);
   validate_matrices(a);
 }
@@ -379,17 +427,27 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
   validate(a);
   Hdf5Writer file(path);
   file.attribute("format", kFormat);
-  file.attribute("format_version", Archetype::kFormatVersion);
+  file.attribute("format_version",
+                 a.nonlinear() ? Archetype::kNonlinearFormatVersion : Archetype::kFormatVersion);
   ArchetypeWriter runtime{{file, "runtime"}};
   runtime_fields(runtime, a);
   ArchetypeWriter full{{file, "full"}};
   full_fields(full, a);
 
-  // The content hash joins the hashes of the two parts, so that a reader of one part can check it.
+  // The content hash joins the hashes of the parts, so that a reader of one part can check it.
   const std::string runtime_hash = runtime.hash.hex(), full_hash = full.hash.hex();
   file.attribute("runtime_hash", runtime_hash);
   file.attribute("full_hash", full_hash);
-  const std::string content_hash = sha256_hex(runtime_hash + full_hash);
+  std::string hashes = runtime_hash + full_hash;
+  if (a.nonlinear()) {
+    ArchetypeWriter elastic{{file, "elastic"}};
+    elastic_fields(elastic, a.elastic.gradients, a.elastic.weights, a.elastic.lambda, a.elastic.mu);
+    const std::string elastic_hash = elastic.hash.hex();
+    file.attribute("elastic_version", ElasticCubature::kVersion);
+    file.attribute("elastic_hash", elastic_hash);
+    hashes += elastic_hash;
+  }
+  const std::string content_hash = sha256_hex(hashes);
   file.attribute("content_hash", content_hash);
   write_matrices(file, a.matrices);
   file.commit();
@@ -409,8 +467,12 @@ Archetype read_archetype(const std::string& path, Part part) {
     demand_hash(file, "full_hash", full.hash.hex());
     read_matrices(file, a.matrices);
   }
-  a.content_hash =
-      sha256_hex(file.text_attribute("runtime_hash") + file.text_attribute("full_hash"));
+  std::string hashes = file.text_attribute("runtime_hash") + file.text_attribute("full_hash");
+  if (file.int_attribute("format_version") == Archetype::kNonlinearFormatVersion) {
+    a.elastic = read_elastic(file);
+    hashes += file.text_attribute("elastic_hash");
+  }
+  a.content_hash = sha256_hex(hashes);
   demand_hash(file, "content_hash", a.content_hash);
   try {
     validate(a);
@@ -419,7 +481,7 @@ Archetype read_archetype(const std::string& path, Part part) {
   } catch (const AssertionError& wrong) {
     file.fail(wrong.what());
   }
-  a.swelling = second_order_swelling(a.surface, a.surface_modes);
+  if (!a.nonlinear()) a.swelling = second_order_swelling(a.surface, a.surface_modes);
   return a;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/elastic_cubature.h"
 #include "common/grid_sdf.h"
 #include "common/swelling.h"
 #include "common/tet_matrices.h"
@@ -43,7 +44,8 @@ struct JointFrame {
 /// rest frame: origin at the centre of mass, axes of the input mesh. n nodes, nt tets, ns surface
 /// vertices, nf surface triangles, r elastic modes.
 struct Archetype {
-  static constexpr int kFormatVersion = 2;
+  static constexpr int kFormatVersion = 2;           // of linear bodies
+  static constexpr int kNonlinearFormatVersion = 3;  // the same and an elastic energy
   static constexpr int kMatricesVersion = 1;  // of the optional part with `matrices`
 
   // Provenance.
@@ -90,10 +92,13 @@ struct Archetype {
   TetMatrices matrices;  // kept on request (keep = "tets"); empty when read with Part::kRuntime
   MatX M_r, K_r;         // r x r, reduced mass (kg) and stiffness (N/m)
   MomentumIntegrals integrals;
+  ElasticCubature elastic;  // nonlinear bodies: the energy whose stiffness at rest is about K_r;
+                            // empty: linear, q^T K_r q / 2
 
   // Quality of the tets: worst minimum dihedral angle (degrees) and radius ratio (1 = regular).
   double min_dihedral = 0.0, min_radius_ratio = 0.0;
 
+  bool nonlinear() const { return !elastic.empty(); }
   int r() const { return static_cast<int>(omega2.size()); }
 };
 

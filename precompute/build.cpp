@@ -16,6 +16,7 @@
 #include "precompute/child_process.h"
 #include "precompute/cut.h"
 #include "precompute/defects.h"
+#include "precompute/energy_cubature.h"
 #include "precompute/frequency_error.h"
 #include "precompute/keep_matrices.h"
 #include "precompute/memory.h"
@@ -237,7 +238,21 @@ void take_modes(ModesResult&& modes, Archetype& a) {
     a.surface_modes.middleRows<3>(3 * static_cast<Eigen::Index>(v)) =
         a.node_modes.middleRows<3>(3 * a.surface_to_node[v]);
   }
-  a.swelling = second_order_swelling(a.surface, a.surface_modes);
+}
+
+/// What the runtime needs for large deformation: nonlinear bodies have an energy, linear ones a
+/// correction of their shape.
+void describe_deformation(const MaterialField& materials, bool nonlinear, Archetype& a, Log& log,
+                          Profile& profile) {
+  if (!nonlinear || a.r() == 0) {
+    a.swelling = second_order_swelling(a.surface, a.surface_modes);
+    return;
+  }
+  const ScopedTimer timer(profile, "cubature");
+  TrainedCubature trained = train_cubature(a.tets, materials, a.node_modes, a.K_r, {});
+  log.say(join("elastic energy: ", trained.energy.points(), " cubature points, error of forces ",
+               100 * trained.error, " %"));
+  a.elastic = std::move(trained.energy);
 }
 
 void note_intake(const IntakeReport& intake, BuildRecord& record) {
@@ -300,6 +315,7 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   warn_about_modes(modes, options.every_motion ? vibration : options.count, log);
   const MassKind mass = modes.mass;
   take_modes(std::move(modes), a);
+  describe_deformation(materials, options.nonlinear, a, log, profile);
   if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass);
   a.density = a.integrals.mass / a.volume;
   if (recipe.material_regions.empty()) a.density = recipe.material.density;

@@ -28,6 +28,7 @@ VecX errors_from(const Recipe& recipe, const TriMesh& surface, const VecX& omega
     options.count = int(omega2.size());
     options.whole_clusters = options.sturm_check = false;
     options.loads = {};
+    options.nonlinear = false;
     options.residual = kLooseResidual;
     Profile unused;
     const VecX coarse = compute_modes(mesh, in_place, options, unused).omega2;

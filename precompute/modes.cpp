@@ -13,6 +13,7 @@
 #include "precompute/complete_modes.h"
 #include "precompute/eigen_solver.h"
 #include "precompute/momentum_integrals.h"
+#include "precompute/nonlinear_modes.h"
 #include "precompute/ordering.h"
 
 namespace archetide {
@@ -150,7 +151,7 @@ MomentumIntegrals integrate(const TetMesh& mesh, const MaterialField& material,
   return integrals;
 }
 
-/// Puts the static response vectors behind the modes.
+/// Puts vectors that solve no eigenproblem behind the modes.
 void append_static(const MatX& vectors, const SparseMatrix& K, ModesResult& result) {
   const Eigen::Index r = result.omega2.size(), s = vectors.cols();
   result.node_modes.conservativeResize(Eigen::NoChange, r + s);
@@ -158,7 +159,7 @@ void append_static(const MatX& vectors, const SparseMatrix& K, ModesResult& resu
   result.omega2.conservativeResize(r + s);
   for (Eigen::Index k = 0; k < s; ++k)
     result.omega2[r + k] = vectors.col(k).dot(K * vectors.col(k));
-  result.static_count = int(s);
+  result.static_count += int(s);
 }
 
 /// Lowest E / (rho L^2), the scale of omega^2.
@@ -340,6 +341,13 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
     append_static(
         static_responses(mesh, options.loads, p.K, p.mass, *factor, p.rigid, result.node_modes),
         p.K, result);
+  }
+  if (options.nonlinear) {
+    ARCHETIDE_CHECK(options.clamped.empty());
+    timer.emplace(profile, "derivatives");
+    append_static(nonlinear_vectors(mesh, material, options.derivatives, p.K, p.mass, *factor,
+                                    p.rigid, result.node_modes, result.omega2, kept),
+                  p.K, result);
   }
   factor.reset();
 

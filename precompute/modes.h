@@ -25,6 +25,10 @@ struct ModesOptions {
       true;  // count eigenvalues below the last one (Sylvester's law): no mode was missed
   bool whole_clusters = true;  // false: exactly `count`
   StaticLoads loads;           // static response vectors behind the modes
+  /// Uniform strains and modal derivatives behind them, for nonlinear elasticity. Not together with
+  /// a clamp or `every_motion`.
+  bool nonlinear = false;
+  int derivatives = 20;  // directions of the modal derivatives
   /// Nodes held still. The modes are then those of the held body: nothing rigid is taken out, they
   /// carry momentum, and they vanish at these nodes. Not together with static responses.
   std::vector<int> clamped;
@@ -39,7 +43,7 @@ struct ModesResult {
   VecX omega2;           // r, 1/s^2, ascending
   VecX residuals;        // r, |K phi - omega^2 M phi| / |K phi|; not small for static vectors
   MatX node_modes;       // 3n x r, m per unit q; largest |component| of each positive
-  int static_count = 0;  // the last columns: static response vectors
+  int static_count = 0;  // the last columns: static response vectors, strains, modal derivatives
   MatX M_r, K_r;         // r x r: Phi^T M Phi (kg), Phi^T K Phi (N/m)
   /// Over the mass of the modes (lumped or consistent), but Sxx over the consistent mass: the exact
   /// inertia of the tets. That is a constant added to the inertia I(q), so the reduced body is

@@ -269,6 +269,18 @@ Keys motion_keys() {
            "elastic modes to keep, lowest first; 0 = a rigid body; up to 5 more or fewer where "
            "it would cut through equal frequencies; \"full\" = every degree of freedom of the "
            "tets, at most 1500 modes (502 nodes)"},
+      {.path = "modes.kind",
+       .type = kString,
+       .fallback = "\"linear\"",
+       .choices = {"linear", "nonlinear"},
+       .meaning = "linear: small strains and turns; nonlinear: bends, twists and is squashed far, "
+                  "with uniform strains, modal derivatives and a neo-Hookean energy"},
+      {.path = "modes.derivatives",
+       .type = kInteger,
+       .range = between(0, 500),
+       .fallback = "20",
+       .meaning = "of a nonlinear body: vectors of modal derivatives behind the modes; about twice "
+                  "modes.count"},
       {.path = "modes.residual",
        .type = kNumber,
        .range = between(1e-14, 1e-2),
@@ -410,6 +422,21 @@ void read_parts(const Section& root, Recipe& r) {
                                  "remove clamped or modes.static")});
 }
 
+void read_kind(const Section& root, Recipe& r) {
+  r.modes.nonlinear = root.string("modes.kind") == "nonlinear";
+  r.modes.derivatives = root.integer("modes.derivatives");
+  if (!r.modes.nonlinear && root.has("modes.derivatives"))
+    throw InputError({root.error("modes.derivatives", "linear modes have no derivatives",
+                                 "set modes.kind = \"nonlinear\"")});
+  if (!r.modes.nonlinear) return;
+  if (!r.clamped.empty())
+    throw InputError({root.error("clamped", "nonlinear modes are of a free body",
+                                 "remove clamped, or set modes.kind = \"linear\"")});
+  if (r.modes.every_motion)
+    throw InputError(
+        {root.error("modes.count", "nonlinear modes are a few of many", "give a number of modes")});
+}
+
 /// modes.count = "full" leaves nothing to add, and is of a free body.
 void check_every_motion(const Section& root, const Recipe& r) {
   if (!r.modes.every_motion) return;
@@ -543,6 +570,7 @@ Recipe parse_recipe(const std::string& text, const std::string& path) {
   r.modes.mass = mass_kind(root, r.tet.order);
   r.keep_tets = root.string("keep") == "tets";
   read_parts(root, r);
+  read_kind(root, r);
   check_every_motion(root, r);
   document.check_all_read();
   return r;

@@ -93,7 +93,16 @@ MatX responses(const MatX& loads, const SparseMatrix& K, const SparseMatrix& mas
   return kept * norms.cwiseInverse().asDiagonal();
 }
 
-/// M-orthonormal vectors of the same space that diagonalise K; dependent directions are dropped.
+}  // namespace
+
+StaticSolver::StaticSolver(const SparseMatrix& K, const SparseMatrix& mass, ShiftedCholesky& factor,
+                           const MatX& basis)
+    : K_(K), factor_(factor), basis_(basis), weighted_(apply_mass(mass, basis)) {}
+
+VecX StaticSolver::respond(const VecX& f) const {
+  return solve_static(f - weighted_ * (basis_.transpose() * f), K_, factor_, basis_, weighted_);
+}
+
 MatX rayleigh_ritz(const MatX& x, const SparseMatrix& K, const SparseMatrix& mass) {
   const Eigen::SelfAdjointEigenSolver<MatX> gram(x.transpose() * apply_mass(mass, x));
   const Eigen::Index dropped = (gram.eigenvalues().array() < kDependent).count();
@@ -104,8 +113,6 @@ MatX rayleigh_ritz(const MatX& x, const SparseMatrix& K, const SparseMatrix& mas
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> ritz(k, m);
   return basis * ritz.eigenvectors();
 }
-
-}  // namespace
 
 VecX pressure_load(const TetMesh& mesh, const std::vector<BoundaryPoint>& points,
                    const VecX& pressure) {

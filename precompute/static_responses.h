@@ -31,6 +31,27 @@ MatX static_responses(const TetMesh& mesh, const StaticLoads& loads, const Spars
                       const SparseMatrix& mass, ShiftedCholesky& factor, const MatX& rigid,
                       const MatX& modes);
 
+/// Static displacements outside of a basis (3n x k, M-orthonormal, rigid motions among it): K^+ (f -
+/// M Phi Phi^T f). Keeps references.
+class StaticSolver {
+ public:
+  /// `factor`: of K - sigma M, sigma < 0.
+  StaticSolver(const SparseMatrix& K, const SparseMatrix& mass, ShiftedCholesky& factor,
+               const MatX& basis);
+  /// 3n. Throws NumericsError.
+  VecX respond(const VecX& f) const;
+
+ private:
+  const SparseMatrix& K_;
+  ShiftedCholesky& factor_;
+  const MatX& basis_;
+  MatX weighted_;  // M Phi
+};
+
+/// M-orthonormal vectors of the same space that diagonalise K, ascending; dependent directions are
+/// dropped.
+MatX rayleigh_ritz(const MatX& x, const SparseMatrix& K, const SparseMatrix& mass);
+
 /// Nodal forces (3n) of a pressure (Pa, at each of the boundary's points): f_i = -integral of N_i p
 /// n.
 VecX pressure_load(const TetMesh& mesh, const std::vector<BoundaryPoint>& points,

@@ -1,5 +1,7 @@
 #include "runtime/velocity_stage.h"
 
+#include "runtime/solid/nonlinear_motion.h"
+
 namespace archetide {
 namespace {
 
@@ -58,6 +60,9 @@ bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
     // one solve a step counts the work where it moves the bodies
     if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
       s.actuation_work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
+    // joints keep the way that closed them; one solve a step moves the bodies itself
+    if (half.reaction[b].size() == 0 && s.options.scheme == Scheme::kNewmark)
+      correct_modes(half.middle[b], results[b].y.tail(s.bodies[b].r), dt, s.bodies[b]);
     accept(s, b, results[b]);
   }
   s.water.after_velocity_solve(dt, s.coupling);

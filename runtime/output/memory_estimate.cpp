@@ -28,7 +28,7 @@ double archetype_bytes(const Archetype& a) {
          bytes_of(a.node_modes) + sizeof(Vec3) * static_cast<double>(a.tets.nodes.size()) +
          4.0 * sizeof(int) * static_cast<double>(a.tets.tets.size()) +
          6.0 * sizeof(int) * static_cast<double>(a.tets.mids.size()) + bytes_of(a.M_r) +
-         bytes_of(a.K_r) +
+         bytes_of(a.K_r) + bytes_of(a.elastic.gradients) +
          sizeof(Mat3) * static_cast<double>(a.integrals.A.size() + a.integrals.B.size());
 }
 

@@ -228,6 +228,9 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
                        "ask for at most " + std::to_string(stored) +
                            ", or raise modes.count in the body file and build it again"}});
   }
+  if (archetype->nonlinear() && spec.modes.value_or(stored) % stored != 0)
+    throw InputError({{spec.modes_where, "a nonlinear body uses all of its vectors or none",
+                       "leave modes out, or set modes = 0 for a rigid body"}});
   ReducedBody body;
   body.mass_scale = spec.density.value_or(archetype->density) / archetype->density;
   body.archetype = std::move(archetype);
@@ -243,6 +246,23 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
   return body;
 }
 
+namespace {
+
+/// Nonlinear modes have the trapezoidal rule only.
+void demand_trapezoid(const BodySpec& spec, const BuiltScene& built) {
+  const ReducedBody& body = built.bodies.back();
+  if (built.options.modal.step == ModalStep::kTrapezoid || body.r == 0 ||
+      !body.archetype->nonlinear())
+    return;
+  throw InputError({{spec.where,
+                     "archetype " + spec.archetype +
+                         " has nonlinear modes, which backward Euler does not advance",
+                     "remove coupling.modal_step, or set modes.kind = \"linear\" in its body "
+                     "file"}});
+}
+
+}  // namespace
+
 BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   library.require_all(scene);
   BuiltScene built;
@@ -255,7 +275,11 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
       bad.insert(bad.end(), error.diagnostics.begin(), error.diagnostics.end());
     }
   };
-  for (const BodySpec& spec : scene.bodies) collect([&] { add_body(spec, library, built); });
+  for (const BodySpec& spec : scene.bodies)
+    collect([&] {
+      add_body(spec, library, built);
+      demand_trapezoid(spec, built);
+    });
   if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] { add_scatter(spec, library, built); });

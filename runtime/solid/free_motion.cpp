@@ -56,6 +56,32 @@ void take_implicit_part(const ReducedBody& body, const FreeMotion& motion, Eigen
     f -= (motion.H.M_hat - motion.terms.M_q) * body.q_dot;
 }
 
+void take(ModalMotion&& modes, FreeMotion& motion) {
+  motion.y_star.tail(modes.q_dot.size()) = modes.q_dot;
+  motion.H.M_hat = std::move(modes.M_hat);
+  motion.H.M_hat_factor = std::move(modes.M_hat_factor);
+}
+
+/// Mass and fictitious forces belong to the middle of the step, which a first pass finds.
+void move_nonlinear_half(const ReducedBody& body, const VecX& force, double dt, ModalMass mass,
+                         FreeMotion& out) {
+  const VecX first = fictitious_force(body, current_configuration(body), out.terms);
+  take(nonlinear_half_step(body, out.terms.M_q, first + force, dt), out);
+  ReducedBody moved = body;
+  const Configuration middle = advance_pose(moved, out, out.y_star, dt);
+  const ConfigurationTerms there = configuration_terms(body, middle, mass);
+  const VecX load = fictitious_force(body, middle, there) + force;
+  take(nonlinear_half_step(body, there.M_q, load, dt), out);
+}
+
+/// free_motion of the modes of a nonlinear body; the rest of `out` is done.
+void move_nonlinear(const ReducedBody& body, const Configuration& at, const VecX& force, double dt,
+                    Stage stage, ModalMass mass, FreeMotion& out) {
+  if (stage == Stage::kPositionHalf) return move_nonlinear_half(body, force, dt, mass, out);
+  const VecX load = fictitious_force(body, at, out.terms) + force;
+  take(nonlinear_full_step(body, at, out.terms.M_q, load, dt), out);
+}
+
 double stage_length(double dt, Stage stage) {
   return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
 }
@@ -116,22 +142,31 @@ GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTer
     H.nodal = nodal_mass(body, terms, implicit_length(dt, stage, step));
     return H;
   }
-  H.M_hat = terms.M_q + implicit_part(body, dt, stage, step);
+  H.M_hat = body.archetype->nonlinear() ? nonlinear_modal_mass(body, terms.M_q, dt)
+                                        : terms.M_q + implicit_part(body, dt, stage, step);
   if (body.r > 0) H.M_hat_factor.compute(H.M_hat);
   return H;
 }
 
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
                        double dt, Stage stage, const ModalOptions& options) {
+  const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
   FreeMotion out;
   out.terms = configuration_terms(body, at, options.mass);
-  out.H = generalised_mass(body, out.terms, dt, stage, options.step);
+  out.H = generalised_mass(body, out.terms, nonlinear ? 0.0 : dt, stage, options.step);
   const double h = stage_length(dt, stage);
 
   // Eqs. 26 and 28: momenta change by the impulse of external forces alone
   VecX momentum(body.dofs());
   momentum.head<3>() = body.P + h * force.head<3>();
   momentum.segment<3>(3) = body.L + h * force.segment<3>(3);
+
+  if (nonlinear) {
+    momentum.tail(body.r).setZero();
+    out.y_star = out.H.solve(momentum);
+    move_nonlinear(body, at, force.tail(body.r), dt, stage, options.mass, out);
+    return out;
+  }
 
   // Eqs. 25, 32 and 34: M̂ q̇* = M_q q̇ⁿ − h K qⁿ + h (g + f_q); the trapezoid's full step averages
   // C and K over qⁿ, qⁿ⁺¹

@@ -4,6 +4,12 @@
 #include <cmath>
 
 namespace archetide {
+namespace {
+
+/// The energy of a nonlinear body resists being turned inside out by itself.
+bool bounded(const ReducedBody& body) { return body.r > 0 && !body.archetype->nonlinear(); }
+
+}  // namespace
 
 // Of the body's archetype; made once for all its instances.
 const InversionLimit& InversionGuard::limit(const ReducedBody& body) {
@@ -14,7 +20,7 @@ const InversionLimit& InversionGuard::limit(const ReducedBody& body) {
 
 MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y,
                              double dt) {
-  if (body.r == 0) return {};
+  if (!bounded(body)) return {};
   VecX q_dot = y.tail(body.r);
   const InversionLimit& at = limit(body);
   if (at.allowed_share(body.q + dt * q_dot) == 1.0) return {};
@@ -22,7 +28,7 @@ MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, c
 }
 
 double InversionGuard::shorten(const ReducedBody& body, double dt, VecX& y) {
-  if (body.r == 0) return 1.0;
+  if (!bounded(body)) return 1.0;
   const VecX q = body.q + dt * y.tail(body.r);
   const double share = limit(body).allowed_share(q);
   if (share < 1.0) y.tail(body.r) = (share * q - body.q) / dt;

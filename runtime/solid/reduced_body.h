@@ -177,6 +177,24 @@ Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const Vec
 /// not through H.
 void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L);
 
+/// The modal part of a stage of a nonlinear body (docs/method.md, S13 and S14), in which the mean
+/// elastic force F(v) = int_0^1 f(q_n + s dt v) ds of the way takes the place of K (q_n + dt/2 v).
+/// Position stage: v = q_dot by Newton's method with line search from the free motion alone.
+/// Velocity stage: linear about v = at.q_dot. In both, impulses then meet M_hat = M_q + dt/2 C +
+/// dt^2/2 dF/dq. `load`: g + f, r, N m per unit q; `M_q` as the stage has it.
+struct ModalMotion {
+  VecX q_dot;  // r, 1/s
+  MatX M_hat;  // r x r, kg, positive definite
+  Eigen::LDLT<MatX> M_hat_factor;
+};
+ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
+                                double dt);
+ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
+                                const VecX& load, double dt);
+/// dt/2 C + dt^2/4 K(q) + M_q: the mass that impulses meet where a nonlinear body stands now; M_q
+/// where dt = 0.
+MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt);
+
 /// Kinetic energy of particles (all modes exact, whatever `ModalMass`) and elastic energy, J.
 double kinetic_energy(const ReducedBody& body);
 double elastic_energy(const ReducedBody& body);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "runtime/solid/reduced_body.h"
+#include "runtime/solid/nonlinear_motion.h"
 
 namespace archetide {
 
@@ -19,6 +19,7 @@ inline void dry_step(ReducedBody& body, const VecX& force, double dt, const Moda
       free_motion(body, current_configuration(body), force, dt, Stage::kPositionHalf, options);
   const Configuration mid = advance_pose(body, half, half.y_star, dt);
   const FreeMotion full = free_motion(body, mid, force, dt, Stage::kVelocityFull, options);
+  correct_modes(mid, full.y_star.tail(body.r), dt, body);
   accept_velocity(body, full.y_star, dt * force.head<3>(), dt * force.segment<3>(3));
 }
 

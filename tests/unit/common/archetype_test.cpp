@@ -303,12 +303,46 @@ TEST(ArchetypeFile, SaysWhatIsWrongWithAForeignFile) {
   {
     Hdf5Writer newer(path);
     newer.attribute("format", "archetide body archetype");
-    newer.attribute("format_version", Archetype::kFormatVersion + 1);
+    newer.attribute("format_version", Archetype::kNonlinearFormatVersion + 1);
     newer.commit();
   }
-  EXPECT_NE(reading_error(path).find("format version 3, this program reads version 2"),
+  EXPECT_NE(reading_error(path).find("format version 4, this program reads versions 2 and 3"),
             std::string::npos)
       << reading_error(path);
+  std::filesystem::remove(path);
+}
+
+/// sample(2) with an elastic energy of three points, whose stiffness at rest is K_r.
+Archetype nonlinear_sample() {
+  Archetype a = sample(2);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0.1, 1.0);
+  const auto number = [&](Eigen::Index, Eigen::Index) { return uniform(random); };
+  const auto positive = [&](Eigen::Index) { return uniform(random); };
+  a.elastic = ElasticCubature(MatX::NullaryExpr(27, 2, number), VecX::NullaryExpr(3, positive),
+                              VecX::NullaryExpr(3, positive), VecX::NullaryExpr(3, positive));
+  a.K_r = a.elastic.stiffness(VecX::Zero(2));
+  return a;
+}
+
+TEST(ArchetypeFile, KeepsTheElasticEnergy) {
+  const std::string path = scratch("elastic.h5");
+  const Archetype a = nonlinear_sample();
+  write_archetype(path, a);
+  for (const Part part : {Part::kRuntime, Part::kAll}) {
+    const Archetype b = read_archetype(path, part);
+    EXPECT_EQ(a.elastic.gradients, b.elastic.gradients);
+    EXPECT_EQ(a.elastic.weights, b.elastic.weights);
+    EXPECT_EQ(a.elastic.lambda, b.elastic.lambda);
+    EXPECT_EQ(a.elastic.mu, b.elastic.mu);
+    EXPECT_EQ(b.swelling.volume.size(), 0);
+    EXPECT_EQ(a.elastic.energy(VecX::Ones(2)), b.elastic.energy(VecX::Ones(2)));
+  }
+  std::string bytes = read_whole_file(path);
+  const double weight = a.elastic.weights[1];
+  bytes[bytes.find(std::string(reinterpret_cast<const char*>(&weight), 8))] ^= 1;
+  put_bytes(path, bytes);
+  EXPECT_NE(reading_error(path).find("elastic_hash"), std::string::npos) << reading_error(path);
   std::filesystem::remove(path);
 }
 
@@ -381,6 +415,18 @@ TEST(ArchetypeValidation, NamesTheFieldThatIsWrong) {
   names("Sxx", [](Archetype& a) { a.integrals.Sxx.setZero(); });
   names("K_r", [](Archetype& a) { a.K_r.setZero(); });
   names("M_r", [](Archetype& a) { a.M_r.setZero(); });
+  const auto elastic = [&](const char* field, auto&& spoil) {
+    names(field, [&](Archetype& a) {
+      a = nonlinear_sample();
+      spoil(a.elastic);
+    });
+  };
+  elastic("elastic weights", [](ElasticCubature& e) { e.weights[0] = -1.0; });
+  elastic("elastic mu", [](ElasticCubature& e) { e.mu[2] = std::nan(""); });
+  elastic("elastic lambda", [](ElasticCubature& e) { e.lambda[1] = -10.0; });
+  elastic("elastic gradients", [](ElasticCubature& e) { e.gradients(3, 1) = std::nan(""); });
+  elastic("elastic gradients", [](ElasticCubature& e) { e.gradients.conservativeResize(27, 1); });
+  names("elastic gradients", [](Archetype& a) { a = nonlinear_sample(), a.K_r *= 1e3; });
   EXPECT_NE(complaint([](Archetype& a) { a.poisson = 0.5; }).find("poisson"), std::string::npos);
   EXPECT_NE(complaint([](Archetype& a) { a.tets.tets[0][3] = -1; }).find("tets"),
             std::string::npos);

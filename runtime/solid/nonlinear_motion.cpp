@@ -1,0 +1,122 @@
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "runtime/solid/nonlinear_motion.h"
+
+namespace archetide {
+namespace {
+
+/// C = α M_r + β K_r at rest, r x r.
+MatX damping(const ReducedBody& body) {
+  const Archetype& a = *body.archetype;
+  return (a.alpha * body.mass_scale) * a.M_r.topLeftCorner(body.r, body.r) +
+         a.beta * a.K_r.topLeftCorner(body.r, body.r);
+}
+
+/// F(v) = ∫₀¹ f(q_n + s Δt v) ds, by Gauss's rule with three points.
+VecX mean_force(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
+  const double far = 0.5 * std::sqrt(0.6);
+  MatX q(q_n.size(), 3);
+  q << q_n + (0.5 - far) * way, q_n + 0.5 * way, q_n + (0.5 + far) * way;
+  const MatX f = V.forces(q);
+  return (5.0 * f.col(0) + 8.0 * f.col(1) + 5.0 * f.col(2)) / 18.0;
+}
+
+/// dF/d(Δt v) = ∫₀¹ s K(q_n + s Δt v) ds, exact where K is linear along the way.
+MatX mean_stiffness(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
+  return 0.5 * V.stiffness(q_n + 2.0 / 3.0 * way);
+}
+
+/// Factors H; directions in which it is not definite (a body about to buckle, in a long step) get a
+/// tenth of the smallest mass.
+void make_definite(const MatX& M_q, ModalMotion& motion) {
+  const double floor = 0.1 * M_q.diagonal().minCoeff();
+  motion.M_hat_factor.compute(motion.M_hat);
+  if (motion.M_hat_factor.vectorD().minCoeff() > floor) return;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(motion.M_hat);
+  motion.M_hat = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(floor).asDiagonal() *
+                 eigen.eigenvectors().transpose();
+  motion.M_hat_factor.compute(motion.M_hat);
+}
+
+/// M_q (v − q̇ⁿ) + Δt/2 (C v + F(v) − g − f), to be zero.
+struct HalfStep {
+  const ReducedBody& body;
+  const MatX& M_q;
+  const MatX C;
+  const VecX& load;
+  double dt;
+
+  const ElasticCubature& V() const { return body.archetype->elastic; }
+  VecX residual(const VecX& v) const {
+    return M_q * (v - body.q_dot) + 0.5 * dt * (C * v + mean_force(V(), body.q, dt * v) - load);
+  }
+  void linearise(const VecX& v, ModalMotion& motion) const {
+    motion.M_hat = M_q + 0.5 * dt * C + 0.5 * dt * dt * mean_stiffness(V(), body.q, dt * v);
+    make_definite(M_q, motion);
+  }
+};
+
+}  // namespace
+
+ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
+                                double dt) {
+  constexpr int kMostTurns = 30, kMostHalvings = 8;
+  constexpr double kAccuracy = 1e-9;  // of the momentum of inertia and load
+  constexpr double kSlow = 0.2;       // a turn that leaves more needs the stiffness where it stands
+  const HalfStep step{body, M_q, damping(body), load, dt};
+  ModalMotion motion;
+  motion.q_dot = body.q_dot;
+  step.linearise(motion.q_dot, motion);
+  VecX rest = step.residual(motion.q_dot);
+  const double goal = kAccuracy * ((M_q * body.q_dot).norm() + 0.5 * dt * load.norm() +
+                                   0.5 * dt * step.V().force(body.q).norm());
+  for (int turn = 0; turn < kMostTurns && rest.norm() > goal; ++turn) {
+    const VecX change = motion.M_hat_factor.solve(rest);
+    double share = 1.0;
+    VecX v = motion.q_dot - change, trial = step.residual(v);
+    for (int k = 0; k < kMostHalvings && !(trial.norm() < rest.norm()); ++k) {
+      share *= 0.5;
+      v = motion.q_dot - share * change;
+      trial = step.residual(v);
+    }
+    const bool slow = !(trial.norm() <= kSlow * rest.norm());
+    if (trial.norm() < rest.norm()) motion.q_dot = v, rest = trial;
+    if (slow) step.linearise(motion.q_dot, motion);
+  }
+  step.linearise(motion.q_dot, motion);
+  return motion;
+}
+
+ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
+                                const VecX& load, double dt) {
+  const VecX q_n = 2.0 * at.q - body.q, way = dt * at.q_dot;
+  const ElasticCubature& V = body.archetype->elastic;
+  const MatX C = 0.5 * dt * damping(body);
+  ModalMotion motion;
+  motion.M_hat = M_q + C + 0.5 * dt * dt * mean_stiffness(V, q_n, way);
+  make_definite(M_q, motion);
+  // Ĥ q̇ⁿ⁺¹ = (M_q − Δt/2 C − S) q̇ⁿ − Δt F(v) + 2 S v + Δt (g + f), S = Δt²/2 ∂F
+  const MatX S = motion.M_hat - M_q - C;
+  motion.q_dot = motion.M_hat_factor.solve((M_q - C - S) * body.q_dot + 2.0 * (S * at.q_dot) +
+                                           dt * (load - mean_force(V, q_n, way)));
+  return motion;
+}
+
+void correct_modes(const Configuration& middle, const VecX& q_dot, double dt, ReducedBody& body) {
+  if (body.r == 0 || !body.archetype->nonlinear()) return;
+  const VecX q_n = 2.0 * middle.q - body.q;
+  body.q = q_n + 0.5 * dt * (body.q_dot + q_dot);
+}
+
+MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {
+  if (dt == 0.0) return M_q;
+  ModalMotion motion;
+  motion.M_hat =
+      M_q + 0.5 * dt * damping(body) + 0.25 * dt * dt * body.archetype->elastic.stiffness(body.q);
+  make_definite(M_q, motion);
+  return motion.M_hat;
+}
+
+}  // namespace archetide

@@ -1,0 +1,137 @@
+#include "runtime/solid/nonlinear_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "precompute/energy_cubature.h"
+#include "precompute/modes.h"
+#include "tests/nonlinear/box_mesh.h"
+#include "tests/support/dry_body.h"
+
+namespace archetide {
+namespace {
+
+/// A bar of 10 x 1 x 1 m with nonlinear modes: all that its motion needs.
+std::shared_ptr<const Archetype> bar() {
+  static const std::shared_ptr<const Archetype> made = [] {
+    const Material material{1.0, 1.0, 0.4};
+    TetMesh mesh = box_mesh(Vec3(10, 1, 1), Vec3i(10, 1, 1));
+    move_to_centre_of_mass(mesh, material);
+    ModesOptions options;
+    options.count = 6;
+    options.nonlinear = true;
+    options.derivatives = 12;
+    Profile profile;
+    ModesResult modes = compute_modes(mesh, material, options, profile);
+    auto a = std::make_shared<Archetype>();
+    a->elastic = train_cubature(mesh, material, modes.node_modes, modes.K_r, {}).energy;
+    a->density = 1.0;
+    a->omega2 = modes.omega2;
+    a->M_r = modes.M_r, a->K_r = modes.K_r;
+    a->integrals = modes.integrals;
+    a->node_modes = modes.node_modes;
+    return a;
+  }();
+  return made;
+}
+
+double lowest_omega() { return std::sqrt(bar()->omega2[0]); }
+
+/// Bent by a load along the lowest mode until its ends are a fifth of its length off, and spun.
+ReducedBody bent_and_spun(double spin) {
+  ReducedBody body = make_body(bar(), bar()->r());
+  const VecX load = bar()->omega2[0] * VecX::Unit(body.r, 0);
+  const double way = 2.0 / bar()->node_modes.col(0).cwiseAbs().maxCoeff();
+  for (int turn = 0; turn < 60; ++turn)  // static balance
+    body.q -= 0.5 * bar()->elastic.stiffness(body.q).ldlt().solve(bar()->elastic.force(body.q) -
+                                                                  way * load);
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  body.P = terms.mass * Vec3(0.1, -0.2, 0.3) * lowest_omega();
+  body.L = terms.inertia * Vec3(0.3, 1.0, 0.2).normalized() * spin;
+  return body;
+}
+
+double energy(const ReducedBody& body) { return kinetic_energy(body) + elastic_energy(body); }
+
+/// Largest deviation of the energy over `periods` of the lowest mode, of what it is at first beside
+/// the motion of the whole; and of P and L.
+struct Drift {
+  double energy = 0.0, momentum = 0.0;
+};
+Drift drift(double omega_dt, int periods) {
+  ReducedBody body = bent_and_spun(0.3 * lowest_omega());
+  const double dt = omega_dt / lowest_omega();
+  const Vec3 P = body.P, L = body.L;
+  const double first = energy(body), scale = first - 0.5 * P.squaredNorm() / body_mass(body);
+  Drift most;
+  for (int n = 0; n < periods * 2 * std::numbers::pi / omega_dt; ++n) {
+    dry_step(body, VecX::Zero(body.dofs()), dt, {});
+    most.energy = std::max(most.energy, std::abs(energy(body) - first) / scale);
+  }
+  most.momentum = std::max((body.P - P).norm() / P.norm(), (body.L - L).norm() / L.norm());
+  return most;
+}
+
+TEST(NonlinearMotion, ForceAndStiffnessAreDerivativesOfTheEnergy) {
+  const ElasticCubature& V = bar()->elastic;
+  const VecX q = bent_and_spun(1.0).q, d = VecX::LinSpaced(q.size(), 0.5, 1.5);
+  const double h = 1e-5;
+  const double slope = (V.energy(q + h * d) - V.energy(q - h * d)) / (2 * h);
+  EXPECT_NEAR(slope, V.force(q).dot(d), 1e-6 * std::abs(slope));
+  const VecX change = (V.force(q + h * d) - V.force(q - h * d)) / (2 * h);
+  EXPECT_LT((change - V.stiffness(q) * d).norm(), 1e-6 * change.norm());
+}
+
+// The energy is finite, and pushes back, where the material is inside out.
+TEST(NonlinearMotion, TheEnergyResistsInversion) {
+  const double lambda = 4.0, mu = 1.0, J0 = NeoHookean::kLeastVolume;
+  const auto just = [&](double J) { return NeoHookean::volumetric(lambda, mu, J); };
+  EXPECT_NEAR(just(J0 - 1e-9).h, just(J0 + 1e-9).h, 1e-5 * just(J0).h);
+  EXPECT_NEAR(just(J0 - 1e-9).slope, just(J0 + 1e-9).slope, -1e-6 * just(J0).slope);
+  EXPECT_GT(just(-0.5).h, just(0.0).h);
+  EXPECT_LT(just(-0.5).slope, just(0.0).slope);
+}
+
+// Bent by 20 % of its length and spun at 0.3 of its lowest frequency.
+TEST(NonlinearMotion, EnergyOfABentSpinningBodyStays) {
+  for (const auto& [omega_dt, limit] : {std::pair(0.1, 0.01), {0.3, 0.01}}) {
+    const Drift most = drift(omega_dt, 20);
+    std::printf("omega dt = %.1f: energy %.3f %%, momenta %.1e\n", omega_dt, 100 * most.energy,
+                most.momentum);
+    EXPECT_LT(most.energy, limit);
+    EXPECT_LT(most.momentum, 1e-13);
+  }
+}
+
+// Halved steps: errors of the place fall by four.
+TEST(NonlinearMotion, TheStepIsOfSecondOrder) {
+  const double end = 1.0 / lowest_omega();
+  const auto after = [&](int steps) {
+    ReducedBody body = bent_and_spun(0.3 * lowest_omega());
+    dry_steps(body, steps, end / steps, {});
+    return body.q;
+  };
+  const VecX exact = after(640);
+  const double coarse = (after(40) - exact).norm(), fine = (after(80) - exact).norm();
+  EXPECT_GT(coarse / fine, 3.5);
+  EXPECT_LT(coarse / fine, 4.8);
+}
+
+// Gentle motion is that of the linear body with the same stiffness.
+TEST(NonlinearMotion, SmallMotionIsLinear) {
+  auto linear = std::make_shared<Archetype>(*bar());
+  linear->elastic = {};
+  ReducedBody a = make_body(bar(), bar()->r()), b = make_body(linear, bar()->r());
+  a.q = b.q = 1e-7 * VecX::LinSpaced(a.r, 1.0, 2.0);
+  const double dt = 0.3 / lowest_omega();
+  dry_steps(a, 20, dt, {});
+  dry_steps(b, 20, dt, {});
+  EXPECT_LT((a.q - b.q).norm(), 1e-4 * b.q.norm());
+}
+
+}  // namespace
+}  // namespace archetide
