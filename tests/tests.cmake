@@ -42,6 +42,7 @@ target_compile_definitions(test_unit_bench PRIVATE ARCHETIDE_SIM_BIN="$<TARGET_F
 archetide_tests(test_architecture architecture archetide_flags)
 if(TARGET archetide_precompute)
   archetide_tests(test_unit_precompute unit/precompute archetide_precompute)
+  target_link_libraries(test_unit_precompute PRIVATE PkgConfig::HDF5)
   add_dependencies(test_unit_precompute archetide-precompute)
   target_compile_definitions(test_unit_precompute PRIVATE
                              ARCHETIDE_CORPUS="${CMAKE_SOURCE_DIR}/tests/fuzz/corpus")

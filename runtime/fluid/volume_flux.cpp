@@ -36,8 +36,8 @@ class Flow {
     farthest = kCut + h * cfl_speed(u);
   }
 
-  /// Through the faces (0, j, k), (1, j, k), .. of `axis` upwards; out: one for each.
-  void through_row(int axis, int j, int k, double* out) const {
+  /// Through the faces (0, j, k), (1, j, k), .. of `axis` upwards; out and cut: one for each.
+  void through_row(int axis, int j, int k, double* out, unsigned char* cut) const {
     const int count = u[axis].nx();
     level_of_row(axis, j, k, out);
     const double *v = &u[axis](0, j, k), *w = &open[axis](0, j, k);
@@ -45,11 +45,13 @@ class Flow {
 #pragma omp simd reduction(| : near)
     for (int i = 0; i < count; ++i) {
       const double flow = h * (w[i] * v[i]), level = out[i];
-      near |= (flow != 0.0) & (std::abs(level) <= farthest);
+      cut[i] = (flow != 0.0) & (std::abs(level) <= farthest);
+      near |= cut[i];
       out[i] = level < 0.0 ? flow : 0.0;
     }
     if (!near) return;
-    for (int i = 0; i < count; ++i) out[i] = through(axis, i, j, k);
+    for (int i = 0; i < count; ++i)
+      if (cut[i]) out[i] = through(axis, i, j, k);
   }
 
   /// Through face (i, j, k) of `axis` upwards, `beyond` as well.
@@ -203,8 +205,9 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
       for (int k = first; k < faces.nz(); k += stride)
         carrier.run([&] {
           std::vector<double> row(faces.nx());
+          std::vector<unsigned char> cut(faces.nx());
           for (int j = 0; j < faces.ny(); ++j) {
-            flow.through_row(axis, j, k, row.data());
+            flow.through_row(axis, j, k, row.data(), cut.data());
             out[k] += book_row(axis, j, k, row.data(), residual);
           }
         });

@@ -23,9 +23,12 @@ VecX mean_force(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
   return (5.0 * f.col(0) + 8.0 * f.col(1) + 5.0 * f.col(2)) / 18.0;
 }
 
-/// dF/d(Δt v) = ∫₀¹ s K(q_n + s Δt v) ds, exact where K is linear along the way.
+/// dF/d(Δt v) = ∫₀¹ s K(q_n + s Δt v) ds by the same rule: the derivative of what mean_force gives.
 MatX mean_stiffness(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
-  return 0.5 * V.stiffness(q_n + 2.0 / 3.0 * way);
+  const double far = 0.5 * std::sqrt(0.6), low = 0.5 - far, high = 0.5 + far;
+  return (5.0 * low * V.stiffness(q_n + low * way) + 4.0 * V.stiffness(q_n + 0.5 * way) +
+          5.0 * high * V.stiffness(q_n + high * way)) /
+         18.0;
 }
 
 /// Factors H; directions in which it is not definite (a body about to buckle, in a long step) get a
@@ -52,6 +55,18 @@ struct HalfStep {
   VecX residual(const VecX& v) const {
     return M_q * (v - body.q_dot) + 0.5 * dt * (C * v + mean_force(V(), body.q, dt * v) - load);
   }
+  /// The better of two guesses, with M_hat there: the rates that the body has, and those of a body
+  /// whose stiffness stays as it is.
+  VecX start(ModalMotion& motion) const {
+    motion.M_hat = M_q + 0.5 * dt * C + 0.25 * dt * dt * V().stiffness(body.q);
+    make_definite(M_q, motion);
+    const VecX linear =
+        motion.M_hat_factor.solve(M_q * body.q_dot - 0.5 * dt * (V().force(body.q) - load));
+    const bool better = residual(linear).norm() < residual(body.q_dot).norm();
+    const VecX& v = better ? linear : body.q_dot;
+    linearise(v, motion);
+    return v;
+  }
   void linearise(const VecX& v, ModalMotion& motion) const {
     motion.M_hat = M_q + 0.5 * dt * C + 0.5 * dt * dt * mean_stiffness(V(), body.q, dt * v);
     make_definite(M_q, motion);
@@ -67,8 +82,7 @@ ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const 
   constexpr double kSlow = 0.2;       // a turn that leaves more needs the stiffness where it stands
   const HalfStep step{body, M_q, damping(body), load, dt};
   ModalMotion motion;
-  motion.q_dot = body.q_dot;
-  step.linearise(motion.q_dot, motion);
+  motion.q_dot = step.start(motion);
   VecX rest = step.residual(motion.q_dot);
   const double goal = kAccuracy * ((M_q * body.q_dot).norm() + 0.5 * dt * load.norm() +
                                    0.5 * dt * step.V().force(body.q).norm());

@@ -79,7 +79,7 @@ Drift drift(double omega_dt, int periods) {
 TEST(NonlinearMotion, ForceAndStiffnessAreDerivativesOfTheEnergy) {
   const ElasticCubature& V = bar()->elastic;
   const VecX q = bent_and_spun(1.0).q, d = VecX::LinSpaced(q.size(), 0.5, 1.5);
-  const double h = 1e-5;
+  const double h = 1e-6;
   const double slope = (V.energy(q + h * d) - V.energy(q - h * d)) / (2 * h);
   EXPECT_NEAR(slope, V.force(q).dot(d), 1e-6 * std::abs(slope));
   const VecX change = (V.force(q + h * d) - V.force(q - h * d)) / (2 * h);
@@ -96,7 +96,7 @@ TEST(NonlinearMotion, TheEnergyResistsInversion) {
   EXPECT_LT(just(-0.5).slope, just(0.0).slope);
 }
 
-// Bent by 20 % of its length and spun at 0.3 of its lowest frequency.
+// Bent by 20 % of its length and spun at 0.3 of its lowest frequency. Measured: 0.10, 0.67 %.
 TEST(NonlinearMotion, EnergyOfABentSpinningBodyStays) {
   for (const auto& [omega_dt, limit] : {std::pair(0.1, 0.01), {0.3, 0.01}}) {
     const Drift most = drift(omega_dt, 20);
@@ -121,9 +121,10 @@ TEST(NonlinearMotion, TheStepIsOfSecondOrder) {
   EXPECT_LT(coarse / fine, 4.8);
 }
 
-// Gentle motion is that of the linear body with the same stiffness.
+// Gentle motion is that of the linear body with the stiffness that the energy has at rest.
 TEST(NonlinearMotion, SmallMotionIsLinear) {
   auto linear = std::make_shared<Archetype>(*bar());
+  linear->K_r = bar()->elastic.stiffness(VecX::Zero(bar()->r()));
   linear->elastic = {};
   ReducedBody a = make_body(bar(), bar()->r()), b = make_body(linear, bar()->r());
   a.q = b.q = 1e-7 * VecX::LinSpaced(a.r, 1.0, 2.0);

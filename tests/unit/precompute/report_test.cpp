@@ -1,6 +1,7 @@
 #include "precompute/report.h"
 
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -174,6 +175,17 @@ TEST(Histogram, CountsEveryValueOnce) {
 
 // ---- VTKHDF -------------------------------------------------------------------------------------
 
+/// Our reader refuses views in files of strangers.
+VecX view_of_mode(const std::string& path, int k) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const std::string name = "VTKHDF/PointData/mode_" + std::to_string(k + 1);
+  const hid_t set = H5Dopen2(file, name.c_str(), H5P_DEFAULT), space = H5Dget_space(set);
+  VecX values(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
+  EXPECT_GE(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+  H5Sclose(space), H5Dclose(set), H5Fclose(file);
+  return values;
+}
+
 TEST(VtkHdf, HoldsTetsAndEveryModeAsAView) {
   const ScratchFolder folder;
   BuildRecord record;
@@ -187,11 +199,13 @@ TEST(VtkHdf, HoldsTetsAndEveryModeAsAView) {
   EXPECT_EQ(file.read("VTKHDF/Connectivity").shape, (std::vector<std::size_t>{4 * nt}));
   EXPECT_EQ(file.read("VTKHDF/Offsets").shape, (std::vector<std::size_t>{nt + 1}));
   EXPECT_EQ(file.read("VTKHDF/Types").bytes, std::vector<char>(nt, 10));
+  const DataArray modes = file.read("modes");
+  EXPECT_EQ(modes.shape, (std::vector<std::size_t>{static_cast<std::size_t>(a.r()), n, 3}));
+  EXPECT_EQ(std::memcmp(modes.bytes.data(), a.node_modes.data(), modes.bytes.size()), 0);
   for (int k = 0; k < a.r(); ++k) {
-    const DataArray mode = file.read("VTKHDF/PointData/mode_" + std::to_string(k + 1));
-    EXPECT_EQ(mode.shape, (std::vector<std::size_t>{n, 3}));
-    const VecX phi = a.node_modes.col(k);
-    EXPECT_EQ(std::memcmp(mode.bytes.data(), phi.data(), mode.bytes.size()), 0);
+    const VecX mode = view_of_mode(folder.file("ball.hdf"), k);
+    ASSERT_EQ(mode.size(), 3 * static_cast<Eigen::Index>(n));
+    EXPECT_EQ(mode, a.node_modes.col(k));
   }
   // The modes stand in the file once.
   EXPECT_LT(std::filesystem::file_size(folder.file("ball.hdf")),

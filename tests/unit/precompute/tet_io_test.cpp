@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <sstream>
 
@@ -177,8 +178,8 @@ TEST(TetIo, ReadsEveryKindOfMshAlike) {
     EXPECT_EQ(mesh.nodes[4], Vec3(1, 1, 1)) << name;
     ASSERT_EQ(mesh.tets.size(), 2u) << name;
     EXPECT_EQ(mesh.tets[0], (std::array<int, 4>{0, 1, 2, 3})) << name;
-    EXPECT_FALSE(groups.empty()) << name;
-    EXPECT_EQ(groups.begin()->second.front(), 0) << name;
+    const auto holds_first = [](const auto& group) { return group.second.front() == 0; };
+    EXPECT_TRUE(std::any_of(groups.begin(), groups.end(), holds_first)) << name;
   }
 }
 
