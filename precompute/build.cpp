@@ -7,22 +7,22 @@
 #include <numeric>
 #include <sstream>
 
-#include "common/input_error.h"
-#include "common/make_word.h"
-#include "common/mesh_sdf.h"
-#include "common/sha256.h"
-#include "common/surface_io.h"
-#include "common/swelling.h"
-#include "precompute/child_process.h"
-#include "precompute/cut.h"
-#include "precompute/defects.h"
-#include "precompute/energy_cubature.h"
+#include "common/archetype/swelling.h"
+#include "common/base/input_error.h"
+#include "common/base/sha256.h"
+#include "common/files/make_word.h"
+#include "common/files/surface_io.h"
+#include "common/mesh/mesh_sdf.h"
+#include "precompute/base/child_process.h"
+#include "precompute/base/defects.h"
+#include "precompute/base/tet_element.h"
 #include "precompute/frequency_error.h"
-#include "precompute/keep_matrices.h"
-#include "precompute/memory.h"
-#include "precompute/restore_volume.h"
-#include "precompute/tet_element.h"
-#include "precompute/tet_io.h"
+#include "precompute/intake/cut.h"
+#include "precompute/intake/tet_io.h"
+#include "precompute/meshing/restore_volume.h"
+#include "precompute/modal/energy_cubature.h"
+#include "precompute/modal/keep_matrices.h"
+#include "precompute/modal/memory.h"
 
 namespace archetide {
 namespace {

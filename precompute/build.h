@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "common/archetype.h"
-#include "common/profile.h"
-#include "precompute/build_record.h"
-#include "precompute/intake.h"
+#include "common/archetype/archetype.h"
+#include "common/base/profile.h"
+#include "precompute/base/build_record.h"
+#include "precompute/intake/intake.h"
 #include "precompute/log.h"
 #include "precompute/recipe.h"
 

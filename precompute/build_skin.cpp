@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/closest_point.h"
-#include "common/input_error.h"
-#include "common/json_text.h"
-#include "common/mesh_sdf.h"
-#include "common/sha256.h"
-#include "common/surface_io.h"
-#include "precompute/intake.h"
+#include "common/base/input_error.h"
+#include "common/base/sha256.h"
+#include "common/files/json_text.h"
+#include "common/files/surface_io.h"
+#include "common/mesh/closest_point.h"
+#include "common/mesh/mesh_sdf.h"
+#include "precompute/intake/intake.h"
 #include "precompute/skin_weights.h"
 
 namespace archetide {

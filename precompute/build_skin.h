@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "common/profile.h"
-#include "common/skin.h"
+#include "common/archetype/skin.h"
+#include "common/base/profile.h"
 #include "precompute/log.h"
 #include "precompute/recipe.h"
 

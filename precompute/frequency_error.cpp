@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

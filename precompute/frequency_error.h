@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/profile.h"
+#include "common/base/profile.h"
 #include "precompute/recipe.h"
 
 namespace archetide {

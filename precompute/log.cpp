@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

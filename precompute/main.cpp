@@ -9,17 +9,18 @@
 #include <map>
 #include <new>
 
-#include "common/archetype.h"
-#include "common/atomic_file.h"
-#include "common/check.h"
-#include "common/cli.h"
-#include "common/input_error.h"
-#include "common/keep_memory.h"
+#include "common/archetype/archetype.h"
+#include "common/base/check.h"
+#include "common/base/input_error.h"
+#include "common/base/keep_memory.h"
+#include "common/files/atomic_file.h"
+#include "common/params/cli.h"
+#include "precompute/base/defects.h"
 #include "precompute/build.h"
 #include "precompute/build_skin.h"
-#include "precompute/defects.h"
-#include "precompute/inspect.h"
-#include "precompute/report.h"
+#include "precompute/inspect/inspect.h"
+#include "precompute/inspect/report.h"
+#include "precompute/mesh_text.h"
 
 namespace archetide {
 namespace {

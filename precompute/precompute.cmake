@@ -8,11 +8,18 @@ find_library(METIS_LIBRARY metis REQUIRED)
 find_library(OPENBLAS_LIBRARY openblas REQUIRED)
 find_path(CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 
-archetide_library(archetide_precompute precompute archetide_common)
-target_include_directories(archetide_precompute SYSTEM PRIVATE ${CHOLMOD_INCLUDE})
+archetide_library(archetide_precompute_base precompute/base archetide_common)
+archetide_library(archetide_intake precompute/intake archetide_precompute_base)
+target_link_libraries(archetide_intake PRIVATE CGAL::CGAL)
+archetide_library(archetide_meshing precompute/meshing archetide_intake)
+target_link_libraries(archetide_meshing PRIVATE CGAL::CGAL ${GMSH_LIBRARY})
+archetide_library(archetide_modal precompute/modal archetide_precompute_base)
+target_include_directories(archetide_modal SYSTEM PRIVATE ${CHOLMOD_INCLUDE})
 # OpenBLAS stands before ARPACK and CHOLMOD so that both use it and not the reference BLAS.
-target_link_libraries(archetide_precompute PRIVATE CGAL::CGAL ${OPENBLAS_LIBRARY} ${ARPACK_LIBRARY} ${CHOLMOD_LIBRARY}
-                      ${METIS_LIBRARY} ${GMSH_LIBRARY} ${CMAKE_DL_LIBS})
+target_link_libraries(archetide_modal PRIVATE ${OPENBLAS_LIBRARY} ${ARPACK_LIBRARY} ${CHOLMOD_LIBRARY} ${METIS_LIBRARY}
+                      ${CMAKE_DL_LIBS})
+archetide_library(archetide_inspect precompute/inspect archetide_meshing)
+archetide_library(archetide_precompute precompute archetide_modal archetide_inspect)
 
 add_executable(archetide-precompute precompute/main.cpp)
 target_link_libraries(archetide-precompute PRIVATE archetide_precompute)

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
-#include "common/matter.h"
-#include "common/params.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/base/matter.h"
+#include "common/params/params.h"
 
 namespace archetide {
 namespace {

@@ -3,13 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "common/schema.h"
-#include "common/skin.h"
-#include "precompute/elasticity.h"
-#include "precompute/modes.h"
-#include "precompute/regions.h"
-#include "precompute/repair.h"
-#include "precompute/tetrahedralize.h"
+#include "common/archetype/skin.h"
+#include "common/params/schema.h"
+#include "precompute/intake/regions.h"
+#include "precompute/intake/repair.h"
+#include "precompute/meshing/tetrahedralize.h"
+#include "precompute/modal/elasticity.h"
+#include "precompute/modal/modes.h"
 
 namespace archetide {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/skin.h"
+#include "common/archetype/skin.h"
 
 namespace archetide {
 

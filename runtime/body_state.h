@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/state_file.h"
+#include "common/files/state_file.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/solid/reduced_body.h"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/state_file.h"
+#include "common/files/state_file.h"
 #include "runtime/coupling/impulses.h"
 #include "runtime/coupling/water_motion.h"
 #include "runtime/solid/reduced_body.h"

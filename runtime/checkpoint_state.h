@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/state_file.h"
+#include "common/files/state_file.h"
 #include "runtime/state.h"
 
 namespace archetide {

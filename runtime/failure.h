@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "common/input_error.h"
-#include "common/types.h"
+#include "common/base/input_error.h"
+#include "common/base/types.h"
 
 namespace archetide {
 

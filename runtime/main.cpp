@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/cli.h"
-#include "common/keep_memory.h"
+#include "common/base/keep_memory.h"
+#include "common/params/cli.h"
 #include "runtime/commands/command.h"
 
 namespace archetide {

@@ -2,7 +2,7 @@
 
 #include "runtime/simulation.h"
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/checkpoint_state.h"
 #include "runtime/contact_stage.h"
 #include "runtime/failure_diagnosis.h"

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "common/profile.h"
-#include "common/state_file.h"
-#include "common/tri_mesh.h"
+#include "common/base/profile.h"
+#include "common/files/state_file.h"
+#include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/options.h"

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "common/profile.h"
-#include "common/tri_mesh.h"
+#include "common/base/profile.h"
+#include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/types.h"
+#include "common/base/types.h"
 #include "runtime/budget.h"
 #include "runtime/numerics/solve_report.h"
 

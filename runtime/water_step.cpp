@@ -5,9 +5,9 @@
 #include <initializer_list>
 #include <map>
 
-#include "common/check.h"
-#include "runtime/coupling/air_extension.h"
+#include "common/base/check.h"
 #include "runtime/fluid/advection.h"
+#include "runtime/fluid/air_extension.h"
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/level_set.h"
 #include "runtime/fluid/markers.h"

@@ -6,10 +6,10 @@ if(ARCHETIDE_PCH)
   target_link_libraries(archetide_test_headers PRIVATE GTest::gtest)
 endif()
 
-# Every tests/<kind>/<folder>/*_test.cpp becomes one executable test_<kind>_<folder>, linked to `libs`. Test cases
-# whose suite name begins with "Slow" carry the label "slow", all others "fast".
+# All *_test.cpp in tests/<kind>/<folder>/ and in its rooms become one executable test_<kind>_<folder>, linked to `libs`.
+# Test cases whose suite name begins with "Slow" carry the label "slow", all others "fast".
 function(archetide_tests name folder)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${folder}/*_test.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${folder}/*_test.cpp)
   if(NOT sources)
     return()
   endif()
@@ -32,6 +32,8 @@ archetide_tests(test_unit_fluid unit/fluid archetide_fluid archetide_test_suppor
 archetide_tests(test_unit_solid unit/solid archetide_solid archetide_test_support)
 archetide_tests(test_unit_contact unit/contact archetide_contact archetide_test_support)
 archetide_tests(test_unit_articulation unit/articulation archetide_articulation archetide_test_support)
+archetide_tests(test_unit_cut_cells unit/cut_cells archetide_cut_cells archetide_test_support)
+archetide_tests(test_unit_pressure unit/pressure archetide_pressure archetide_test_support)
 archetide_tests(test_unit_coupling unit/coupling archetide_coupling archetide_test_support)
 archetide_tests(test_unit_scene unit/scene archetide_scene)
 archetide_tests(test_unit_output unit/output archetide_output)
@@ -75,8 +77,8 @@ endif()
 # The readers of precompute/ need none of its libraries.
 add_library(archetide_fuzz_targets STATIC
   tests/fuzz/text_targets.cpp tests/fuzz/stored_targets.cpp tests/fuzz/field_edits.cpp
-  precompute/recipe.cpp precompute/regions.cpp precompute/tet_io.cpp precompute/vtu_read.cpp precompute/msh_read.cpp
-  precompute/medit_read.cpp precompute/repair_names.cpp)
+  precompute/recipe.cpp precompute/intake/regions.cpp precompute/intake/tet_io.cpp precompute/intake/vtu_read.cpp
+  precompute/intake/msh_read.cpp precompute/intake/medit_read.cpp precompute/intake/repair_names.cpp)
 target_link_libraries(archetide_fuzz_targets PUBLIC archetide_scene archetide_test_support)
 archetide_use_precompiled(archetide_fuzz_targets archetide_headers)
 archetide_tests(test_fuzz fuzz archetide_fuzz_targets)

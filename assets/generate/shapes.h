@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/types.h"
+#include "common/base/types.h"
 
 namespace archetide {
 

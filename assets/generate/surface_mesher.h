@@ -1,7 +1,7 @@
 #pragma once
 
 #include "assets/generate/shapes.h"
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 
 namespace archetide {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 
 namespace archetide {
 

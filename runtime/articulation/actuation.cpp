@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/solid/rotation.h"
 
 namespace archetide {

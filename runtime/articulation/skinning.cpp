@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "common/closest_point.h"
+#include "common/mesh/closest_point.h"
 
 namespace archetide {
 namespace {

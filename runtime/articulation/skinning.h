@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/skin.h"
+#include "common/archetype/skin.h"
 #include "runtime/articulation/joint.h"
 
 namespace archetide {

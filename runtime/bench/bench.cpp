@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "common/cli.h"
-#include "common/input_error.h"
-#include "common/sha256.h"
+#include "common/base/input_error.h"
+#include "common/base/sha256.h"
+#include "common/params/cli.h"
 #include "runtime/bench/child_run.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"

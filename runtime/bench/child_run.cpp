@@ -11,7 +11,7 @@
 #include <chrono>
 #include <cstring>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

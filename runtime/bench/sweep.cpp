@@ -6,7 +6,7 @@
 #include <limits>
 #include <set>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

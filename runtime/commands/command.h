@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/cli.h"
+#include "common/params/cli.h"
 #include "runtime/scene/scene_spec.h"
 
 namespace CLI {

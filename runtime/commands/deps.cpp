@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/atomic_file.h"
-#include "common/make_word.h"
+#include "common/files/atomic_file.h"
+#include "common/files/make_word.h"
 #include "runtime/commands/command.h"
 #include "runtime/scene/scene_builder.h"
 

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "runtime/commands/command.h"
 #include "runtime/output/report.h"
 

@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "common/memory.h"
+#include "common/base/memory.h"
 #include "runtime/commands/claim_run_folder.h"
 #include "runtime/commands/command.h"
 #include "runtime/commands/failed_run.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 
 namespace archetide {
 namespace {

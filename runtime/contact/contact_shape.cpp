@@ -6,9 +6,9 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/closest_point.h"
-#include "common/exception_carrier.h"
-#include "common/mesh_sdf.h"
+#include "common/base/exception_carrier.h"
+#include "common/mesh/closest_point.h"
+#include "common/mesh/mesh_sdf.h"
 
 namespace archetide {
 namespace {

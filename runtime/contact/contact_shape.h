@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 #include "runtime/contact/wall_contact.h"
 
 namespace archetide {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 
 namespace archetide {
 namespace {

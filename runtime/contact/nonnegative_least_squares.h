@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/types.h"
+#include "common/base/types.h"
 
 namespace archetide {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "common/mesh_sdf.h"
+#include "common/mesh/mesh_sdf.h"
 
 namespace archetide {
 namespace {

@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "runtime/coupling/coupling.h"
-#include "runtime/coupling/flux_columns.h"
 #include "runtime/coupling/stage_constraints.h"
+#include "runtime/cut_cells/flux_columns.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/numerics/solve_report.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/numerics/parallel.h"
 
 namespace archetide {

@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "runtime/coupling/coupled_operator.h"
-#include "runtime/coupling/coupled_pcg.h"
-#include "runtime/coupling/deflation.h"
 #include "runtime/coupling/narrow_faces.h"
 #include "runtime/numerics/multigrid.h"
+#include "runtime/pressure/coupled_operator.h"
+#include "runtime/pressure/coupled_pcg.h"
+#include "runtime/pressure/deflation.h"
 
 namespace archetide {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/grid/state_fields.h"
 
 namespace archetide {

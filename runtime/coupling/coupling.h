@@ -4,17 +4,17 @@
 #include <memory>
 #include <vector>
 
-#include "common/state_file.h"
-#include "common/tri_mesh.h"
+#include "common/files/state_file.h"
+#include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/joint.h"
 #include "runtime/articulation/skinning.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
 #include "runtime/coupling/impulses.h"
-#include "runtime/coupling/voxel_faces.h"
-#include "runtime/coupling/wall_faces.h"
 #include "runtime/coupling/water_motion.h"
+#include "runtime/cut_cells/voxel_faces.h"
+#include "runtime/cut_cells/wall_faces.h"
 
 namespace archetide {
 

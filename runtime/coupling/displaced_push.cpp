@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "runtime/coupling/clip.h"
+#include "runtime/cut_cells/clip.h"
 
 namespace archetide {
 

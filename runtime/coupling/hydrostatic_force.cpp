@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/coupling/clip.h"
+#include "runtime/cut_cells/clip.h"
 
 namespace archetide {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "runtime/coupling/body_flux.h"
-#include "runtime/coupling/pressure_system.h"
+#include "runtime/cut_cells/body_flux.h"
+#include "runtime/pressure/pressure_system.h"
 
 namespace archetide {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "runtime/coupling/pressure_system.h"
+#include "runtime/pressure/pressure_system.h"
 
 namespace archetide {
 

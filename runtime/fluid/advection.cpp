@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "common/check.h"
-#include "common/exception_carrier.h"
+#include "common/base/check.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"

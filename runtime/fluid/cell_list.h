@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/grid/grid.h"
 
 namespace archetide {

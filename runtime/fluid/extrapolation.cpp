@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 
 namespace archetide {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/markers.h"
 #include "runtime/fluid/point_block.h"

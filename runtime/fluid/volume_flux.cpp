@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/level_set.h"

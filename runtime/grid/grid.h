@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "common/types.h"
+#include "common/base/types.h"
 #include "runtime/grid/array3.h"
 
 namespace archetide {

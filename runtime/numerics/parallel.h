@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 
 namespace archetide {
 

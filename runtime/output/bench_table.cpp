@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

@@ -1,6 +1,6 @@
 #include "runtime/output/body_surface.h"
 
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 
 namespace archetide {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "common/state_file.h"
+#include "common/files/state_file.h"
 #include "runtime/articulation/skinning.h"
 
 namespace archetide {

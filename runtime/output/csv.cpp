@@ -6,8 +6,8 @@
 #include <limits>
 #include <sstream>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

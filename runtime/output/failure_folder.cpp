@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/json_text.h"
+#include "common/files/json_text.h"
 #include "runtime/output/body_surface.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "common/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "runtime/output/number_text.h"
 
 extern char** environ;

@@ -6,10 +6,10 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "common/atomic_file.h"
-#include "common/byte_stream.h"
-#include "common/input_error.h"
-#include "common/json_text.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/json_text.h"
 
 namespace archetide {
 namespace {

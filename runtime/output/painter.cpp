@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/exception_carrier.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/output/optics.h"
 #include "runtime/output/palette.h"
 #include "runtime/output/tank_edges.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/image.h"
+#include "common/files/image.h"
 #include "runtime/output/camera.h"
 #include "runtime/output/ray_scene.h"
 

@@ -2,9 +2,9 @@
 
 #include <sstream>
 
-#include "common/atomic_file.h"
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/files/atomic_file.h"
 
 namespace archetide {
 namespace {

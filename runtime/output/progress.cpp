@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

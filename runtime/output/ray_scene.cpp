@@ -4,7 +4,7 @@
 #include <embree3/rtcore.h>
 #endif
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/image.h"
-#include "common/input_error.h"
+#include "common/base/input_error.h"
+#include "common/files/image.h"
 #include "runtime/output/film.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/painter.h"

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <map>
 
-#include "common/atomic_file.h"
-#include "common/base64.h"
-#include "common/image.h"
-#include "common/input_error.h"
+#include "common/base/input_error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/base64.h"
+#include "common/files/image.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/palette.h"

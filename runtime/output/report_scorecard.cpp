@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "common/html_text.h"
+#include "common/files/html_text.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/report_parts.h"
 

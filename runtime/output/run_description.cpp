@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <set>
 
-#include "common/sha256.h"
-#include "runtime/coupling/resolution.h"
+#include "common/base/sha256.h"
+#include "runtime/cut_cells/resolution.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

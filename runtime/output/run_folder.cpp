@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

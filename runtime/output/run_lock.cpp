@@ -8,7 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/profile.h"
+#include "common/base/profile.h"
 #include "runtime/output/csv.h"
 #include "runtime/simulation.h"
 

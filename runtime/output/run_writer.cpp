@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <map>
 
-#include "common/atomic_file.h"
-#include "common/input_error.h"
+#include "common/base/input_error.h"
+#include "common/files/atomic_file.h"
 #include "runtime/output/body_surface.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/number_text.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/html_text.h"
+#include "common/files/html_text.h"
 
 namespace archetide {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/html_text.h"
+#include "common/files/html_text.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide::svg {

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "common/atomic_file.h"
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/files/atomic_file.h"
 #include "runtime/output/number_text.h"
 
 namespace archetide {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 
 namespace archetide {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/skin.h"
+#include "common/archetype/skin.h"
 #include "runtime/scene/scene_spec.h"
 
 namespace archetide {

@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "common/input_error.h"
-#include "common/surface_io.h"
-#include "common/surface_topology.h"
-#include "common/weld.h"
+#include "common/base/input_error.h"
+#include "common/files/surface_io.h"
+#include "common/mesh/surface_topology.h"
+#include "common/mesh/weld.h"
 
 namespace archetide {
 namespace {

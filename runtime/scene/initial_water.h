@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 #include "runtime/scene/scene_spec.h"
 
 namespace archetide {

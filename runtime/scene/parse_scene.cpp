@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "common/params.h"
+#include "common/params/params.h"
 #include "runtime/scene/scene_schema.h"
 
 namespace archetide {

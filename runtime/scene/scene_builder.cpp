@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/complete_basis.h"
-#include "runtime/coupling/resolution.h"
+#include "common/archetype/complete_basis.h"
+#include "runtime/cut_cells/resolution.h"
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_skins.h"
 #include "runtime/scene/check_placement.h"

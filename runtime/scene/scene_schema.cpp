@@ -1,6 +1,6 @@
 #include "runtime/scene/scene_schema.h"
 
-#include "common/matter.h"
+#include "common/base/matter.h"
 
 namespace archetide {
 namespace {

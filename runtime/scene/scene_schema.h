@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/schema.h"
+#include "common/params/schema.h"
 
 namespace archetide {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/input_error.h"
-#include "common/types.h"
+#include "common/base/input_error.h"
+#include "common/base/types.h"
 #include "runtime/simulation.h"
 
 namespace archetide {

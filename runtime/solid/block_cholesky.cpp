@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "common/check.h"
-#include "common/exception_carrier.h"
+#include "common/base/check.h"
+#include "common/base/exception_carrier.h"
 
 namespace archetide {
 namespace {

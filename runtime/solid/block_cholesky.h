@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/tet_matrices.h"
+#include "common/archetype/tet_matrices.h"
 
 namespace archetide {
 

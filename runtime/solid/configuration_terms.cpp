@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/solid/nodal_space.h"
 #include "runtime/solid/nodal_terms.h"
 #include "runtime/solid/reduced_body.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <utility>
 
-#include "common/check.h"
+#include "common/base/check.h"
 
 namespace archetide {
 

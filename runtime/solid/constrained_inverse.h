@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/types.h"
+#include "common/base/types.h"
 #include "runtime/solid/row_factor.h"
 
 namespace archetide {

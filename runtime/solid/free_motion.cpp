@@ -1,4 +1,4 @@
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "common/tet_shape.h"
+#include "common/mesh/tet_shape.h"
 
 namespace archetide {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 
 namespace archetide {
 

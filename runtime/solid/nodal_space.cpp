@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {

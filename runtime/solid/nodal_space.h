@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 #include "runtime/solid/block_cholesky.h"
 
 namespace archetide {

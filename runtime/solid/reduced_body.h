@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 
 namespace archetide {
 

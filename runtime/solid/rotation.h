@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/types.h"
+#include "common/base/types.h"
 
 namespace archetide {
 

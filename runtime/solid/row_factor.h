@@ -3,7 +3,7 @@
 #include <map>
 #include <vector>
 
-#include "common/types.h"
+#include "common/base/types.h"
 
 namespace archetide {
 

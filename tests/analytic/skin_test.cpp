@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <random>
 
-#include "runtime/coupling/clip.h"
+#include "runtime/cut_cells/clip.h"
 #include "runtime/simulation.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dense_eq45.h"

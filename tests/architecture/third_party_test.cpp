@@ -16,24 +16,25 @@ using source_tree::Include;
 /// Beginnings of third-party header names and the beginnings of the paths that may include them.
 const std::map<std::string, std::vector<std::string>>& homes() {
   static const std::map<std::string, std::vector<std::string>> map = {
-      {"CGAL/", {"precompute/"}},
-      {"gmsh", {"precompute/"}},
-      {"arpack", {"precompute/"}},
-      {"suitesparse/", {"precompute/"}},
-      {"cholmod", {"precompute/"}},
-      {"umfpack", {"precompute/"}},
-      {"metis", {"precompute/"}},
-      {"cblas", {"precompute/"}},
-      {"lapack", {"precompute/"}},
-      {"hdf5", {"common/hdf5_file.cpp"}},
-      {"H5", {"common/hdf5_file.cpp"}},
-      {"openssl/", {"common/sha256.cpp"}},
-      {"toml++", {"common/param"}},
+      {"CGAL/", {"precompute/intake/", "precompute/meshing/"}},
+      {"gmsh", {"precompute/meshing/"}},
+      {"arpack", {"precompute/modal/"}},
+      {"suitesparse/", {"precompute/modal/"}},
+      {"cholmod", {"precompute/modal/"}},
+      {"umfpack", {"precompute/modal/"}},
+      {"metis", {"precompute/modal/"}},
+      {"cblas", {"precompute/modal/"}},
+      {"lapack", {"precompute/modal/"}},
+      {"hdf5", {"common/files/hdf5_file.cpp"}},
+      {"H5", {"common/files/hdf5_file.cpp"}},
+      {"openssl/", {"common/base/sha256.cpp"}},
+      {"toml++", {"common/params/"}},
       {"embree", {"runtime/output/"}},
-      {"png", {"common/image.cpp"}},
+      {"png", {"common/files/image.cpp"}},
       {"tbb/", {"runtime/output/", "precompute/"}},
-      {"CLI/", {"common/cli.cpp", "precompute/main.cpp", "runtime/main.cpp", "runtime/commands/"}},
-      {"nlohmann/", {"common/", "precompute/", "runtime/output/"}},
+      {"CLI/",
+       {"common/params/cli.cpp", "precompute/main.cpp", "runtime/main.cpp", "runtime/commands/"}},
+      {"nlohmann/", {"common/params/", "precompute/", "runtime/output/"}},
   };
   return map;
 }
@@ -96,16 +97,18 @@ TEST(ThirdParty, HeadersThatNameLibrariesArePrivate) {
 
 TEST(ThirdParty, PlantedBadIncludesAreFound) {
   EXPECT_EQ(misplaced({{"runtime/solid/a.cpp", "CGAL/Surface_mesh.h", false}}).size(), 1u);
+  EXPECT_EQ(misplaced({{"precompute/modal/a.cpp", "CGAL/Surface_mesh.h", false}}).size(), 1u);
   EXPECT_EQ(misplaced({{"precompute/a.cpp", "hdf5.h", false}}).size(), 1u);
   EXPECT_EQ(misplaced({{"runtime/scene/a.cpp", "toml++/toml.h", false}}).size(), 1u);
   EXPECT_EQ(misplaced({{"runtime/grid/a.h", "png.h", false}}).size(), 1u);
-  EXPECT_TRUE(misplaced({{"precompute/a.cpp", "CGAL/Surface_mesh.h", false}}).empty());
+  EXPECT_TRUE(misplaced({{"precompute/meshing/a.cpp", "CGAL/Surface_mesh.h", false}}).empty());
   EXPECT_TRUE(misplaced({{"runtime/grid/a.h", "vector", false}}).empty());
 }
 
 TEST(ThirdParty, PlantedLeaksAreFound) {
-  const Include inside = {"precompute/mesher.h", "CGAL/Surface_mesh.h", false};
-  EXPECT_EQ(leaking({inside, {"precompute/recipe.h", "precompute/mesher.h"}}).size(), 1u);
-  EXPECT_EQ(leaking({inside, {"common/a.cpp", "precompute/mesher.h"}}).size(), 1u);
-  EXPECT_TRUE(leaking({inside, {"precompute/a.cpp", "precompute/mesher.h"}}).empty());
+  const std::string mesher = "precompute/meshing/mesher.h";
+  const Include inside = {mesher, "CGAL/Surface_mesh.h", false};
+  EXPECT_EQ(leaking({inside, {"precompute/meshing/a.h", mesher}}).size(), 1u);
+  EXPECT_EQ(leaking({inside, {"precompute/intake/a.cpp", mesher}}).size(), 1u);
+  EXPECT_TRUE(leaking({inside, {"precompute/meshing/a.cpp", mesher}}).empty());
 }

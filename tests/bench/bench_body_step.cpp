@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 #include "runtime/numerics/solve_report.h"
 #include "runtime/solid/inversion_limit.h"
 #include "runtime/solid/nodal_space.h"

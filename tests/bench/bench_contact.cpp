@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 #include "runtime/contact/body_contacts.h"
 #include "tests/support/bench_main.h"
 #include "tests/support/best_time.h"

@@ -14,14 +14,14 @@
 #include <utility>
 #include <vector>
 
-#include "common/input_error.h"
-#include "common/keep_memory.h"
-#include "common/surface_io.h"
+#include "common/base/input_error.h"
+#include "common/base/keep_memory.h"
+#include "common/files/surface_io.h"
 #include "precompute/build.h"
-#include "precompute/eigen_solver.h"
-#include "precompute/memory.h"
-#include "precompute/modes.h"
-#include "precompute/tetrahedralize.h"
+#include "precompute/meshing/tetrahedralize.h"
+#include "precompute/modal/eigen_solver.h"
+#include "precompute/modal/memory.h"
+#include "precompute/modal/modes.h"
 #include "tests/support/cpu_seconds.h"
 #include "tests/support/elastic/elastic_cases.h"
 #include "tests/unit/precompute/shapes.h"

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <memory>
 
-#include "common/keep_memory.h"
+#include "common/base/keep_memory.h"
 #include "runtime/simulation.h"
 #include "tests/support/cpu_seconds.h"
 #include "tests/support/fluid_fields.h"

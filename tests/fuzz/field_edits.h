@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/hdf5_file.h"
+#include "common/files/hdf5_file.h"
 
 namespace archetide {
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/archetype.h"
-#include "common/sha256.h"
-#include "common/skin.h"
-#include "common/state_file.h"
+#include "common/archetype/archetype.h"
+#include "common/archetype/skin.h"
+#include "common/base/sha256.h"
+#include "common/files/state_file.h"
 #include "runtime/simulation.h"
 #include "runtime/solid/inversion_limit.h"
 #include "tests/fuzz/field_edits.h"

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <string>
 
-#include "common/param_tree.h"
-#include "common/surface_io.h"
+#include "common/files/surface_io.h"
+#include "common/params/param_tree.h"
+#include "precompute/intake/tet_io.h"
 #include "precompute/recipe.h"
-#include "precompute/tet_io.h"
 #include "runtime/scene/parse_scene.h"
 #include "tests/fuzz/fuzz_targets.h"
 #include "tests/fuzz/refusal.h"

@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-#include "common/mesh_sdf.h"
+#include "common/mesh/mesh_sdf.h"
 #include "tests/hard/hard_case.h"
 #include "tests/support/momenta.h"
 

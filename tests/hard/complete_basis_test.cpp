@@ -1,5 +1,5 @@
 // Hard case H19: no modes, one, and all of them.
-#include "common/complete_basis.h"
+#include "common/archetype/complete_basis.h"
 #include "tests/hard/hard_case.h"
 #include "tests/support/small_fem.h"
 

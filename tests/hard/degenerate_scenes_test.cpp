@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 #include "tests/hard/hard_case.h"
 
 namespace archetide {

@@ -1,7 +1,7 @@
 // What a step asks of the system after the first few: no pages.
 #include <sys/resource.h>
 
-#include "common/keep_memory.h"
+#include "common/base/keep_memory.h"
 #include "tests/hard/hard_case.h"
 
 namespace archetide {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "common/input_error.h"
-#include "common/state_file.h"
+#include "common/base/input_error.h"
+#include "common/files/state_file.h"
 #include "runtime/simulation.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/skinned_bar.h"

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Do the fast tests notice a mistake? run_mutations.sh SOURCE OUT_FOLDER [COUNT [SEED]]: COUNT (200) times one line of
-# coupling, solid, contact or fluid is changed in a copy of SOURCE in OUT_FOLDER, built, and tested. A table of what
-# happened stands in OUT_FOLDER/mutations.txt: killed (by a test), stillborn (does not compile), slow (tests do not end),
-# SURVIVED. Hours; results that are there for this seed are kept. TESTS: a filter of ctest (-R).
+# cut_cells, pressure, coupling, solid, contact or fluid is changed in a copy of SOURCE in OUT_FOLDER, built, and tested.
+# A table of what happened stands in OUT_FOLDER/mutations.txt: killed (by a test), stillborn (does not compile), slow
+# (tests do not end), SURVIVED. Hours; results that are there for this seed are kept. TESTS: a filter of ctest (-R).
 source=$(cd "$1" && pwd) out=$2 count=${3:-200} seed=${4:-1}
 mkdir -p "$out" && out=$(cd "$out" && pwd)
 copy=$out/source table=$out/mutations.txt
@@ -14,7 +14,8 @@ cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || exit 1
 
 # Every change that can be made, one a line: file, line, what, the new text.
 changes() {
-  for file in runtime/coupling/*.cpp runtime/solid/*.cpp runtime/contact/*.cpp runtime/fluid/*.cpp; do
+  for file in runtime/cut_cells/*.cpp runtime/pressure/*.cpp runtime/coupling/*.cpp runtime/solid/*.cpp \
+      runtime/contact/*.cpp runtime/fluid/*.cpp; do
     awk -v file="$file" '
       function change(from, to,   at) {
         at = index($0, from)

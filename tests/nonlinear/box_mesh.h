@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "precompute/quadratic_tets.h"
+#include "precompute/meshing/quadratic_tets.h"
 
 namespace archetide {
 

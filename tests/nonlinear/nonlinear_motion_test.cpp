@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "precompute/energy_cubature.h"
-#include "precompute/modes.h"
+#include "precompute/modal/energy_cubature.h"
+#include "precompute/modal/modes.h"
 #include "tests/nonlinear/box_mesh.h"
 #include "tests/support/dry_body.h"
 

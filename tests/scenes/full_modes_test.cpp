@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/byte_stream.h"
-#include "common/complete_basis.h"
+#include "common/archetype/complete_basis.h"
+#include "common/base/byte_stream.h"
 #include "runtime/output/csv.h"
 #include "tests/support/synthetic_archetype.h"
 

@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "common/archetype.h"
-#include "common/byte_stream.h"
-#include "common/sha256.h"
+#include "common/archetype/archetype.h"
+#include "common/base/byte_stream.h"
+#include "common/base/sha256.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
 #include "tests/support/synthetic_archetype.h"

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "common/types.h"
+#include "common/base/types.h"
 #include "tests/scorecard/reference_data.h"
 #include "tests/scorecard/score.h"
 #include "tests/support/dry_cases.h"

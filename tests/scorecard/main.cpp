@@ -11,10 +11,10 @@
 #include <filesystem>
 #include <map>
 
-#include "common/atomic_file.h"
-#include "common/cli.h"
-#include "common/input_error.h"
-#include "common/sha256.h"
+#include "common/base/input_error.h"
+#include "common/base/sha256.h"
+#include "common/files/atomic_file.h"
+#include "common/params/cli.h"
 #include "runtime/output/text_csv.h"
 #include "tests/scorecard/measurements_page.h"
 #include "tests/scorecard/score.h"

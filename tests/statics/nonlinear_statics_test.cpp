@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "precompute/energy_cubature.h"
-#include "precompute/modes.h"
-#include "precompute/nonlinear_elasticity.h"
-#include "precompute/quadratic_tets.h"
-#include "precompute/tet_element.h"
+#include "precompute/base/tet_element.h"
+#include "precompute/meshing/quadratic_tets.h"
+#include "precompute/modal/energy_cubature.h"
+#include "precompute/modal/modes.h"
+#include "precompute/modal/nonlinear_elasticity.h"
 
 namespace archetide {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "runtime/coupling/hydrostatic_force.h"
-#include "runtime/coupling/voxel_faces.h"
+#include "runtime/cut_cells/voxel_faces.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"

@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/tet_mesh.h"
+#include "common/mesh/tet_mesh.h"
 
 namespace archetide {
 

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "common/check.h"
-#include "common/swelling.h"
+#include "common/archetype/swelling.h"
+#include "common/base/check.h"
 
 namespace archetide {
 namespace {

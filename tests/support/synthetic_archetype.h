@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 
 namespace archetide {
 

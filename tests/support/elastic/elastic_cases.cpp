@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "tests/support/cpu_seconds.h"
 #include "tests/support/dry_body.h"
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "precompute/modes.h"
-#include "precompute/tetrahedralize.h"
+#include "precompute/meshing/tetrahedralize.h"
+#include "precompute/modal/modes.h"
 
 namespace archetide {
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "common/check.h"
+#include "common/base/check.h"
 #include "precompute/build.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/ringing.h"

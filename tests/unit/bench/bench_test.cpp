@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "common/byte_stream.h"
+#include "common/base/byte_stream.h"
 #include "runtime/output/report.h"
 #include "tests/unit/scene/scene_test_support.h"
 

@@ -10,7 +10,7 @@
 #include <functional>
 #include <thread>
 
-#include "common/byte_stream.h"
+#include "common/base/byte_stream.h"
 #include "tests/unit/scene/scene_test_support.h"
 
 namespace archetide {

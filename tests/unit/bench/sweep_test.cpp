@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
 #include "runtime/output/report.h"
 #include "runtime/output/svg_error_chart.h"
 #include "tests/unit/output/scratch_folder.h"

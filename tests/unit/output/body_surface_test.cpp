@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 #include "tests/unit/output/shapes.h"
 
 namespace archetide {

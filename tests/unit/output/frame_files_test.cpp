@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"
 #include "tests/unit/output/scratch_folder.h"

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "common/byte_stream.h"
-#include "common/image.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/files/image.h"
 #include "runtime/output/camera.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/ply.h"

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "common/base64.h"
-#include "common/byte_stream.h"
-#include "common/image.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/files/base64.h"
+#include "common/files/image.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/run_tables.h"

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
-#include "common/sha256.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+#include "common/base/sha256.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/ply.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <numbers>
 
-#include "common/archetype.h"
+#include "common/archetype/archetype.h"
 #include "runtime/output/surface_mesh.h"
 #include "runtime/solid/reduced_body.h"
 

@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "common/byte_stream.h"
-#include "common/input_error.h"
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
 #include "runtime/output/run_tables.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "common/tri_mesh.h"
+#include "common/mesh/tri_mesh.h"
 
 namespace archetide {
 namespace {

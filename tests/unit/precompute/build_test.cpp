@@ -8,9 +8,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "common/input_error.h"
-#include "precompute/inspect.h"
-#include "precompute/tet_io.h"
+#include "common/base/input_error.h"
+#include "precompute/inspect/inspect.h"
+#include "precompute/intake/tet_io.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

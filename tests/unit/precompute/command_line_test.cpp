@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdio>
 
-#include "common/skin.h"
+#include "common/archetype/skin.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

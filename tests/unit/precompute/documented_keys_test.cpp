@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "common/byte_stream.h"
+#include "common/base/byte_stream.h"
 #include "precompute/recipe.h"
 
 namespace archetide {

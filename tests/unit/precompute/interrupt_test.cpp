@@ -10,8 +10,8 @@
 #include <fstream>
 #include <thread>
 
-#include "common/archetype.h"
-#include "precompute/defects.h"
+#include "common/archetype/archetype.h"
+#include "precompute/base/defects.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "common/byte_stream.h"
-#include "common/surface_io.h"
+#include "common/base/byte_stream.h"
+#include "common/files/surface_io.h"
 #include "shapes.h"
 
 namespace archetide::testing_meshes {

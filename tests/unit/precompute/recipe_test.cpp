@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/input_error.h"
+#include "common/base/input_error.h"
 #include "precompute_test_meshes.h"
 
 namespace archetide {

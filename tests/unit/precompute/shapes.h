@@ -5,8 +5,8 @@
 #include <numbers>
 #include <utility>
 
-#include "common/tet_mesh.h"
-#include "common/tri_mesh.h"
+#include "common/mesh/tet_mesh.h"
+#include "common/mesh/tri_mesh.h"
 
 namespace archetide::shapes {
 

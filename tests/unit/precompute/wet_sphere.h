@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "precompute/boundary_quadrature.h"
-#include "precompute/modes.h"
+#include "precompute/modal/boundary_quadrature.h"
+#include "precompute/modal/modes.h"
 
 namespace archetide::wet_sphere {
 

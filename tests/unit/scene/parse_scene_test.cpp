@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "common/params.h"
+#include "common/params/params.h"
 #include "runtime/scene/scene_schema.h"
 #include "scene_test_support.h"
 

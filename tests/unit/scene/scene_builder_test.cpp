@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "common/make_word.h"
-#include "common/mesh_sdf.h"
+#include "common/files/make_word.h"
+#include "common/mesh/mesh_sdf.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scatter.h"

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
-#include "common/archetype.h"
-#include "common/input_error.h"
+#include "common/archetype/archetype.h"
+#include "common/base/input_error.h"
 
 namespace archetide {
 

@@ -1,7 +1,7 @@
 // The correction that keeps volume and centroid of a body drawn by linear modes.
 #include <gtest/gtest.h>
 
-#include "common/swelling.h"
+#include "common/archetype/swelling.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/base/input_error.h"
+
+namespace archetide {
+
+/// Options that both executables share.
+struct CommonOptions {
+  int threads = 0;       // 0: ARCHETIDE_THREADS, or else all cores
+  bool verbose = false;  // -v
+  bool quiet = false;    // -q: errors only
+  std::string log_file;  // a copy of the log
+};
+
+/// Why `text` is no finite number above 0 (or 0, if `zero`); "" when it is one.
+std::string number_message(const std::string& text, bool zero);
+
+/// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
+template <class App>
+void add_common_options(App& app, CommonOptions& options) {
+  app.add_option("-t,--threads", options.threads,
+                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or all cores)")
+      ->type_name("N");
+  app.add_flag("-v,--verbose", options.verbose, "say more");
+  app.add_flag("-q,--quiet", options.quiet, "errors only");
+  app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
+}
+
+/// Checks of a number on the command line, for CLI::Option::check(): the message when it fails, or
+/// "".
+inline auto positive_number() {
+  return [](const std::string& text) { return number_message(text, false); };
+}
+inline auto non_negative_number() {
+  return [](const std::string& text) { return number_message(text, true); };
+}
+
+/// The exit codes as a paragraph for --help.
+std::string exit_code_help();
+
+/// Opens the log, checks and sets the number of threads. Throws InputError, MachineError.
+void apply_common_options(const CommonOptions& options);
+
+/// The log: lines on stderr, copied to every open log file. Data goes to stdout, never here.
+enum class LogLevel { kQuiet, kNormal, kVerbose };
+LogLevel log_level();
+void set_log_level(LogLevel level);
+/// Throws MachineError when the file cannot be opened.
+void open_log_file(const std::string& path);
+void close_log_files();
+void log_error(const std::string& line);
+void log_info(const std::string& line);
+void log_detail(const std::string& line);  // with -v
+
+/// The error about a verb that there is not, with the nearest one and a list of all.
+InputError unknown_verb(const std::string& verb, const std::vector<std::string>& verbs);
+/// Throws it when the first word of the command line is no verb.
+void check_verb(int argc, char** argv, const std::vector<std::string>& verbs);
+
+/// For the message of a command-line parser: adds the nearest of `known` options or verbs for each
+/// word of the command line that looks like a mistyped option.
+InputError command_line_error(const std::string& message, int argc, char** argv,
+                              const std::vector<std::string>& known);
+
+/// What a failure of the file system means: 5 when a disk or this machine is at its end, 4 for what
+/// is wrong with the file.
+ExitCode exit_code_of(const std::filesystem::filesystem_error& error);
+/// The file and what is wrong with it.
+std::string file_system_message(const std::filesystem::filesystem_error& error);
+
+/// Throws MachineError when what was printed has not arrived.
+void flush_standard_output();
+
+/// Runs the program and turns every exception into a line on the log and an exit code: Error -> its
+/// code, out of memory -> 5, the file system -> exit_code_of, anything else -> 1.
+int guarded_main(const std::function<int()>& program);
+
+/// The exit code and log line of the exception being handled (call inside a catch block).
+int report_current_exception();
+
+}  // namespace archetide

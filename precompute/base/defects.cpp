@@ -1,0 +1,58 @@
+#include "precompute/base/defects.h"
+
+#include <sstream>
+#include <unordered_map>
+
+#include "common/files/atomic_file.h"
+
+namespace archetide {
+namespace {
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+}  // namespace
+
+TriMesh part_of(const TriMesh& mesh, const std::vector<int>& triangles) {
+  TriMesh part;
+  std::unordered_map<int, int> number;
+  for (const int t : triangles) {
+    part.triangles.push_back(mesh.triangles[t].unaryExpr([&](int v) {
+      const auto [found, is_new] = number.try_emplace(v, static_cast<int>(part.vertices.size()));
+      if (is_new) part.vertices.push_back(mesh.vertices[v]);
+      return found->second;
+    }));
+  }
+  return part;
+}
+
+void write_ply(const std::string& path, const TriMesh& mesh) {
+  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                      std::to_string(mesh.vertices.size()) +
+                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+                      std::to_string(mesh.triangles.size()) +
+                      "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vec3& x : mesh.vertices) {
+    for (const double coordinate : x) append(bytes, coordinate);
+  }
+  for (const Vec3i& t : mesh.triangles) {
+    append(bytes, static_cast<unsigned char>(3));
+    for (const int v : t) append(bytes, v);
+  }
+  write_file_atomically(path, bytes);
+}
+
+std::string place(const Vec3& x) {
+  std::ostringstream text;
+  text.precision(6);
+  text << "(" << x[0] << ", " << x[1] << ", " << x[2] << ")";
+  return text.str();
+}
+
+std::string counted(std::size_t n, const std::string& one, const std::string& many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+}  // namespace archetide
