@@ -71,11 +71,24 @@ double largest_travel(const SimulationState& s, std::size_t b, double water_top)
   return std::max(least, way - kClearance * dx);
 }
 
+// Nonlinear bodies keep their energy while they turn by no more than this in a step, rad [D54].
+double time_to_turn(const SimulationState& s) {
+  constexpr double kMostTurn = 0.35;
+  double dt = INFINITY;
+  for (const ReducedBody& body : s.bodies) {
+    if (body.r == 0 || !body.archetype->nonlinear()) continue;
+    const ConfigurationTerms terms =
+        configuration_terms(body, current_configuration(body), s.options.modal.mass);
+    dt = std::min(dt, kMostTurn / (terms.inertia_inverse * body.L).norm());
+  }
+  return dt;
+}
+
 }  // namespace
 
 double stable_dt(const SimulationState& s) {
   const SimulationOptions& o = s.options;
-  double dt = o.max_dt;
+  double dt = std::min(o.max_dt, time_to_turn(s));
   if (!s.has_tank()) return dt;
   const double g = o.gravity.norm(), cells = o.cfl * o.grid.dx;
   const bool water = s.water.present();

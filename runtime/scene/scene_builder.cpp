@@ -282,7 +282,10 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     });
   if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
-    collect([&] { add_scatter(spec, library, built); });
+    collect([&] {
+      add_scatter(spec, library, built);
+      demand_trapezoid(spec.body, built);
+    });
   for (const StaticSpec& spec : scene.statics) {
     collect([&] { built.obstacles.push_back(build_obstacle(spec, built.options)); });
   }

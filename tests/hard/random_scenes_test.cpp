@@ -1,9 +1,10 @@
 // Violent scenes that nobody has chosen: boxes of water that fall, collapse and stream around
-// obstacles and balls, some through open sides, from numbers that a seed gives. What every one of
-// them must obey is known.
+// obstacles, rigid and soft bodies, joints, skins, some through open sides, from numbers that a
+// seed gives. What every one of them must obey is known.
 #include <random>
 
 #include "tests/hard/hard_case.h"
+#include "tests/support/skinned_bar.h"
 #include "tests/support/water_scene.h"
 
 namespace archetide {
@@ -34,16 +35,23 @@ class RandomScene {
       }
       add_water(low, high);
     }
-    switch (pick(4)) {
+    switch (pick(6)) {
       case 0:
         add_obstacle();
         break;
       case 1:
         add_partition();
         break;
+      case 2:
+        if (size_.minCoeff() > 0.66)
+          add_skinned_bar();
+        else
+          add_bodies();
+        break;
       default:
-        add_balls();
+        add_bodies();
     }
+    options_.body_contact = chance(0.5);
     if (chance(0.25))
       for (int a = 0; a < 3; ++a) stream_[a] = within(-2.0, 2.0);
     if (chance(0.15)) options_.open_side[pick(4)] = true;  // of x or y
@@ -61,14 +69,15 @@ class RandomScene {
       return box_distance(x, low, high) < 0.0 ? stream_ : Vec3::Zero();
     };
     set_velocity(options_.grid, stream, initial);
-    Simulation s(options_, initial, balls_, obstacles_);
+    Simulation s(options_, initial, bodies_, obstacles_, {}, joints_, skins_);
     Outcome result;
     double first = 0.0, energy = 0.0;
     const double fall = std::sqrt(2.0 * 9.81 * top_ + stream_.squaredNorm());
     while (s.time() < end) {
       const StepReport r = s.step(std::min(s.stable_dt(), 0.0416));
       const double water = r.accounted_volume() + r.volume_residual,
-                   now = r.water_kinetic + r.body_kinetic + r.spray_kinetic + r.potential;
+                   now = r.water_kinetic + r.body_kinetic + r.body_elastic + r.spray_kinetic +
+                         r.potential;
       if (first == 0.0) first = water, energy = now;
       result.finite = result.finite && std::isfinite(now);
       if (first > 0.0) result.kept = std::max(result.kept, std::abs(water / first - 1.0));
@@ -104,16 +113,48 @@ class RandomScene {
     add_box(Vec3(x, -0.1, -0.1),
             Vec3(x + within(0.12, 0.3), size_[1] + 0.1, within(0.3, 1.1) * size_[2]));
   }
-  void add_balls() {
+  Quat turn() {
+    return Quat(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0), 1.0).normalized();
+  }
+  void add_bodies() {
     const double densities[] = {50.0, 200.0, 500.0, 900.0, 2000.0};
-    for (int n = static_cast<int>(pick(3)); n > 0; --n) {
+    for (int n = static_cast<int>(pick(4)); n > 0; --n) {
       Vec3 x;
       for (int a = 0; a < 3; ++a) x[a] = within(0.2, size_[a] - 0.2);
-      const auto near = [&](const ReducedBody& b) { return (b.position - x).norm() < 0.32; };
-      if (std::any_of(balls_.begin(), balls_.end(), near)) continue;
-      balls_.push_back(rigid_ball(0.14, densities[pick(5)], x));
+      const auto near = [&](const ReducedBody& b) { return (b.position - x).norm() < 0.36; };
+      if (std::any_of(bodies_.begin(), bodies_.end(), near)) continue;
+      const double density = densities[pick(5)];
+      const auto shape = pick(2);
+      bodies_.push_back(shape == 0 ? rigid_ball(0.14, density, x) : soft_body(density, x));
       top_ = std::max(top_, x[2]);
     }
+    if (bodies_.size() > 1 && chance(0.5)) tie(0, 1, {bodies_[1].position});
+  }
+  ReducedBody soft_body(double density, const Vec3& x) {
+    SyntheticOptions soft;
+    soft.seed = 1 + pick(5), soft.density = density, soft.first_omega = within(15.0, 60.0);
+    const TetMesh tets = blob_tets(soft.seed, Vec3(0.26, 0.22, 0.2), Vec3i(3, 3, 3));
+    ReducedBody body = make_body(deformable_archetype(tets, soft).archetype, soft.r);
+    body.position = x, body.rotation = turn();
+    return body;
+  }
+  // Two parts, rigid or soft, that are welded under one skin.
+  void add_skinned_bar() {
+    constexpr double kCut = 0.02, kBlend = 0.15;
+    const Quat turned = turn();
+    const Vec3 place = 0.5 * size_;
+    const SkinnedBar bar = skinned_bar({-0.3, kCut, 0.3}, kBlend, 0.0, chance(0.5) ? 3 : 0,
+                                       within(300.0, 1500.0), place, turned);
+    bodies_ = bar.bodies, skins_ = {bar.skin};
+    const double w = 0.2 * SkinnedBar::kWidth;
+    const auto at = [&](double y, double z) -> Vec3 { return place + turned * Vec3(kCut, y, z); };
+    tie(0, 1, {at(w, 0), at(-w, w), at(-w, -w)});
+    top_ = std::max(top_, place[2]);
+  }
+  void tie(int a, int b, std::vector<Vec3> places) {
+    const ReducedBody& body = bodies_[static_cast<std::size_t>(a)];
+    for (Vec3& x : places) x = body.rotation.conjugate() * (x - body.position);
+    joints_.push_back(make_joint(bodies_, a, b, places));
   }
 
   std::mt19937 random_;
@@ -123,7 +164,9 @@ class RandomScene {
   Vec3 stream_ = Vec3::Zero();  // m/s
   std::vector<std::pair<Vec3, Vec3>> boxes_;
   std::vector<TriMesh> obstacles_;
-  std::vector<ReducedBody> balls_;
+  std::vector<ReducedBody> bodies_;
+  std::vector<Joint> joints_;
+  std::vector<SkinnedBodies> skins_;
 };
 
 // Known miss: no rise of the energy above 0.5 % is asked for. `most` is the largest that is
