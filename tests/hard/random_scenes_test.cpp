@@ -191,9 +191,10 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
   expect_at_most("scenes whose energy rises by more than 0.5 %", rising, more);
 }
 
-TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 10, 0.03, 4.0); }
-// Measured in the first 149: 30 scenes, 8.8 %, one as fast as 4.22 (known miss), water kept to
-// 6e-15.
+// Measured: 3 scenes of 40, 1.38 %, 1.66.
+TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 5, 0.02, 4.0); }
+// Measured in the first 149 before bodies were soft, tied or skinned, and before the air had a
+// velocity of its own: 30 scenes, 8.8 %, one as fast as 4.22 (known miss), water kept to 6e-15.
 TEST(SlowRandomScenes, ObeyTheLaws) { run_scenes(1000, 200, 32, 1.5, 60, 0.1, 5.0); }
 
 }  // namespace
