@@ -79,7 +79,7 @@ double time_to_turn(const SimulationState& s) {
     if (body.r == 0 || !body.archetype->nonlinear()) continue;
     const ConfigurationTerms terms =
         configuration_terms(body, current_configuration(body), s.options.modal.mass);
-    dt = std::min(dt, kMostTurn / (terms.inertia_inverse * body.L).norm());
+    dt = std::min(dt, kMostTurn / frame_spin(terms, body.L, body.q_dot).norm());
   }
   return dt;
 }

@@ -14,21 +14,23 @@ MatX damping(const ReducedBody& body) {
          a.beta * a.K_r.topLeftCorner(body.r, body.r);
 }
 
-/// F(v) = ∫₀¹ f(q_n + s Δt v) ds, by Gauss's rule with three points.
+// Gauss's rule on the way from 0 to 1.
+const double kFar = 0.5 * std::sqrt(0.6);
+const double kPoints[] = {0.5 - kFar, 0.5, 0.5 + kFar}, kShares[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+
+/// F(v) = ∫₀¹ f(q_n + s Δt v) ds.
 VecX mean_force(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
-  const double far = 0.5 * std::sqrt(0.6);
   MatX q(q_n.size(), 3);
-  q << q_n + (0.5 - far) * way, q_n + 0.5 * way, q_n + (0.5 + far) * way;
-  const MatX f = V.forces(q);
-  return (5.0 * f.col(0) + 8.0 * f.col(1) + 5.0 * f.col(2)) / 18.0;
+  for (int g = 0; g < 3; ++g) q.col(g) = q_n + kPoints[g] * way;
+  return V.forces(q) * Vec3(kShares[0], kShares[1], kShares[2]);
 }
 
 /// dF/d(Δt v) = ∫₀¹ s K(q_n + s Δt v) ds by the same rule: the derivative of what mean_force gives.
 MatX mean_stiffness(const ElasticCubature& V, const VecX& q_n, const VecX& way) {
-  const double far = 0.5 * std::sqrt(0.6), low = 0.5 - far, high = 0.5 + far;
-  return (5.0 * low * V.stiffness(q_n + low * way) + 4.0 * V.stiffness(q_n + 0.5 * way) +
-          5.0 * high * V.stiffness(q_n + high * way)) /
-         18.0;
+  MatX mean = MatX::Zero(q_n.size(), q_n.size());
+  for (int g = 0; g < 3; ++g)
+    mean += (kShares[g] * kPoints[g]) * V.stiffness(q_n + kPoints[g] * way);
+  return mean;
 }
 
 /// Factors H; directions in which it is not definite (a body about to buckle, in a long step) get a
