@@ -10,11 +10,11 @@ namespace archetide {
 
 /// A program to run, and how.
 struct Command {
-  std::vector<std::string> words;        // the program's path first
-  std::string folder = ".";              // where it runs
-  std::vector<std::string> environment;  // NAME=value, besides ours
-  std::function<void()> before = [] {};  // in the new process, behind the redirections
-  double seconds = 60.0;                 // longer: SIGTERM, then SIGKILL
+  std::vector<std::string> words;          // the program's path first
+  std::string folder = ".";                // where it runs
+  std::vector<std::string> environment{};  // NAME=value, besides ours
+  std::function<void()> before = [] {};    // in the new process, behind the redirections
+  double seconds = 60.0;                   // longer: SIGTERM, then SIGKILL
 };
 
 /// How it ended.
