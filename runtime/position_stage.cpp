@@ -32,7 +32,8 @@ void guess_half_way(SimulationState& s, double dt) {
     motion.terms = configuration_terms(body, current_configuration(body), modal.mass);
     motion.H = generalised_mass(body, motion.terms, dt, Stage::kPositionHalf, modal.step);
     VecX y = generalised_velocity(body, motion.terms);
-    if (body.r > 0) y.tail(body.r) = motion.H.M_hat_factor.solve(motion.terms.M_q * body.q_dot);
+    if (body.r > 0)
+      y.tail(body.r) = motion.H.modal_solve(modal_momentum(body, motion.terms, body.q_dot));
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
   }

@@ -10,7 +10,7 @@ namespace archetide {
 double deformation(const ReducedBody& body) {
   if (body.r == 0) return 0.0;
   const Archetype& a = *body.archetype;
-  const VecX u = a.surface_modes.leftCols(body.r) * body.q;
+  const VecX u = surface_displacements(body, body.q);
   double largest = 0.0, size = 0.0;
   for (std::size_t v = 0; v < a.surface.vertices.size(); ++v) {
     largest = std::max(largest, u.segment<3>(3 * static_cast<Eigen::Index>(v)).norm());
@@ -126,15 +126,13 @@ WaterMoment water_moment(const Grid& g, const Array3<double>& held) {
 double largest_surface_speed(const ReducedBody& body) {
   const ConfigurationTerms terms =
       configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  const Archetype& a = *body.archetype;
   const Mat3 R = body.rotation.toRotationMatrix();
   const Vec3 spin = frame_spin(terms, body.L, body.q_dot),
              v = body.P / terms.mass + R * (terms.shape.shift_rate * body.q_dot);
-  VecX x_dot = VecX::Zero(3 * static_cast<Eigen::Index>(a.surface.vertices.size()));
-  if (body.r > 0) x_dot = terms.shape.s * (a.surface_modes.leftCols(body.r) * body.q_dot);
+  const VecX x_dot = terms.shape.s * surface_displacements(body, body.q_dot);
   const double swelling = terms.shape.slope.dot(body.q_dot);  // d ln s / dt, 1/s
   std::vector<Vec3> arms;
-  deformed_places(body, a.surface.vertices, a.surface_modes, Vec3::Zero(), arms);
+  surface_places(body, Vec3::Zero(), arms);
   double fastest = 0.0;
   for (std::size_t n = 0; n < arms.size(); ++n) {
     const Vec3 modal = R * x_dot.segment<3>(3 * static_cast<Eigen::Index>(n));

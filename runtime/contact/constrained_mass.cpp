@@ -21,13 +21,16 @@ MatX pseudo_inverse(const MatX& A) {
 }  // namespace
 
 ConstrainedMass::ConstrainedMass(const MatX& inverse_mass, MatX rows, VecX target)
-    : rows_(std::move(rows)), target_(std::move(target)) {
-  if (target_.size() == 0) target_ = VecX::Zero(rows_.rows());
-  response_ = inverse_mass * rows_.transpose();
-  const MatX gram = rows_ * response_;
-  gram_inverse_ = pseudo_inverse(0.5 * (gram + gram.transpose()));
+    : ConstrainedMass(Response{inverse_mass * rows.transpose()}, rows, std::move(target)) {
   const MatX held = response_ * gram_inverse_ * response_.transpose();
   inverse_ = inverse_mass - 0.5 * (held + held.transpose());
+}
+
+ConstrainedMass::ConstrainedMass(Response response, MatX rows, VecX target)
+    : rows_(std::move(rows)), target_(std::move(target)), response_(std::move(response.of_rows)) {
+  if (target_.size() == 0) target_ = VecX::Zero(rows_.rows());
+  const MatX gram = rows_ * response_;
+  gram_inverse_ = pseudo_inverse(0.5 * (gram + gram.transpose()));
 }
 
 VecX ConstrainedMass::impulses(const VecX& y) const {

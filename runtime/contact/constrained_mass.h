@@ -25,6 +25,11 @@ class ConstrainedMass {
   /// `inverse_mass`: H⁻¹, or that of H with the water's dual-cell mass. `target`: m, separating
   /// speeds at the points, m/s; empty: zero.
   ConstrainedMass(const MatX& inverse_mass, MatX rows, VecX target = VecX());
+  /// The same of a mass that is never formed; `response`: H⁻¹ Cᵀ. inverse() stays empty.
+  struct Response {
+    MatX of_rows;  // (6 + r) x m
+  };
+  ConstrainedMass(Response response, MatX rows, VecX target);
 
   const MatX& rows() const { return rows_; }
   /// H⁻¹ − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C H⁻¹ itself.
@@ -32,6 +37,9 @@ class ConstrainedMass {
 
   /// inverse() f: symmetric, positive semi-definite.
   VecX solve(const VecX& f) const { return inverse_ * f; }
+  /// H⁻¹ Cᵀ and (C H⁻¹ Cᵀ)⁺, what inverse() takes away.
+  const MatX& response() const { return response_; }
+  const MatX& gram_inverse() const { return gram_inverse_; }
   /// The velocity nearest to y in the energy norm that gives every point its target.
   VecX project(const VecX& y) const;
   /// λ = (C H⁻¹ Cᵀ)⁺ (target − C y), m, N s along the normals: project(y) = y + H⁻¹ Cᵀ λ.

@@ -225,10 +225,20 @@ BodyReach body_reach(const Archetype& archetype) {
   return reach;
 }
 
+namespace {
+
+/// A bound of |S q| over the surface, m.
+double farthest_displacement(const ReducedBody& body, const BodyReach& reach) {
+  if (!body.nodes) return reach.modes.head(body.r).dot(body.q.cwiseAbs());
+  const VecX u = surface_displacements(body, body.q);
+  return Eigen::Map<const Eigen::Matrix3Xd>(u.data(), 3, u.size() / 3).colwise().norm().maxCoeff();
+}
+
+}  // namespace
+
 double farthest_point(const ReducedBody& body, const BodyReach& reach) {
   const ShapeCorrection shape = shape_correction(body, body.q);
-  return shape.s * (reach.rest + reach.modes.head(body.r).dot(body.q.cwiseAbs())) +
-         shape.shift.norm();
+  return shape.s * (reach.rest + farthest_displacement(body, reach)) + shape.shift.norm();
 }
 
 bool away_from_walls(const ReducedBody& body, const BodyReach& reach,

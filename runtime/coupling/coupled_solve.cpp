@@ -243,6 +243,14 @@ void CoupledSolver::move_water(const Grid& g, const PressureSystem& s, double dt
   gradient.collect_narrow(narrow_);
 }
 
+// Generalised impulse of a pressure that is the same at all cells of a body.
+VecX CoupledSolver::mean_push(std::size_t b, double impulse) const {
+  const CoupledOperator::Body& body = operator_.bodies()[b];
+  if (!body.nodes) return impulse * body.flux.rowwise().sum();
+  const auto cells = static_cast<Eigen::Index>(body.cell.size());
+  return impulse * operator_.on_body(b, body.gather(MatX::Ones(cells, 1)));
+}
+
 SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s, double dt,
                                          std::vector<CoupledBody>& bodies,
                                          const CoupledSolveOptions& options, const MacField& u,
@@ -260,10 +268,9 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   // on.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
-    body.impulse =
-        -dt * rho * s.surface_mean * g.dx * g.dx * operator_.bodies()[b].flux.rowwise().sum();
+    body.impulse = mean_push(b, -dt * rho * s.surface_mean * g.dx * g.dx);
     body.y = body.y_star;
-    gained[b] = body.inverse_mass * body.impulse;
+    gained[b] = body.answer(body.impulse);
   }
   add_motion(operator_.rows(), gained, bodies);
 
@@ -288,8 +295,9 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
     rhs_[s.at_surface[m]] += to_phi * s.surface_rhs[s.at_surface[m]];
   CoupledPcgOptions pcg_options;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    operator_.scatter(b, bodies[b].y, rhs_.data());
-    pcg_options.y.push_back(bodies[b].y);
+    const VecX y = bodies[b].motion(bodies[b].y);
+    operator_.scatter(b, y, rhs_.data());
+    pcg_options.y.push_back(y);
   }
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
@@ -310,9 +318,10 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   // Pressure to bodies, -Fhat^T p (Eqs. 39 and 40), and to the water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
-    const VecX f = -rho * g.dx * g.dx * g.dx * operator_.gather(b, pressure.data());
+    const VecX f =
+        -rho * g.dx * g.dx * g.dx * operator_.on_body(b, operator_.gather(b, pressure.data()));
     body.impulse += f;
-    gained[b] = body.inverse_mass * f;
+    gained[b] = body.answer(f);
   }
   add_motion(operator_.rows(), gained, bodies);
   return report;
@@ -326,11 +335,12 @@ std::size_t CoupledSolver::bytes() const {
 double max_divergence(const Grid& g, const PressureSystem& s, const MacField& u,
                       const std::vector<CoupledBody>& bodies, Vec3i* where) {
   std::vector<std::pair<std::int64_t, double>> pushed;  // into cells by bodies, by cell
-  for (const CoupledBody& body : bodies)
+  for (const CoupledBody& body : bodies) {
+    if (body.flux.cell.empty()) continue;
+    const VecX y = body.motion(body.y);
     for (std::size_t m = 0; m < body.flux.cell.size(); ++m)
-      pushed.emplace_back(
-          body.flux.cell[m],
-          body.flux.flux.col(static_cast<Eigen::Index>(m)).dot(body.y) / (g.dx * g.dx));
+      pushed.emplace_back(body.flux.cell[m], body.pushed(m, y) / (g.dx * g.dx));
+  }
   const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(pushed.begin(), pushed.end(), before);
   std::vector<std::pair<double, Vec3i>> largest(g.nz, {0.0, Vec3i::Zero()});  // of each plane

@@ -49,6 +49,8 @@ class CoupledSolver {
   const std::vector<double>& last_right_hand_side() const { return rhs_; }
 
  private:
+  VecX mean_push(std::size_t b, double impulse) const;
+
   CoupledOperator operator_;
   Multigrid multigrid_;
   Deflation deflation_;

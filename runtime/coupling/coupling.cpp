@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "common/base/check.h"
 #include "runtime/grid/state_fields.h"
 
@@ -60,6 +62,17 @@ void Coupling::move_freely(Stage stage, double dt, const StageBody& in, const Ve
   }
 }
 
+// Cut cells: F of the body, with the flux that the water carried beside it pushes, and the mass of
+// that water; H: of what is seen of the body.
+MatX Coupling::water_beside(std::size_t b, const MatX& H, CoupledBody& c) {
+  const InnerFlow& inner = inner_flow_of(*surfaces_[b].body->archetype);
+  c.flux = std::move(fluxes_[b]);
+  MatX carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density,
+                               PlacedInnerFlow(inner, surfaces_[b]), c.flux);
+  bound_carried_water(H, carried);
+  return carried;
+}
+
 // Eqs. 42 and 44: (H + M) y = H y* + momentum of the water M that moves with the body: the dual
 // cells W β⁻¹ Wᵀ of the paper, or what the open fractions leave beside the wall. F of the body.
 void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u, CoupledBody& c) {
@@ -73,11 +86,7 @@ void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u
   }
   VecX momentum;
   if (options_.geometry == Geometry::kCutCell) {
-    const InnerFlow& inner = inner_flow_of(*surfaces_[b].body->archetype);
-    c.flux = std::move(fluxes_[b]);
-    carried = carried_water(options_.grid, faces_[b], density, PlacedInnerFlow(inner, surfaces_[b]),
-                            c.flux);
-    bound_carried_water(H, carried);
+    carried = water_beside(b, H, c);
     momentum = carried * carried_velocity_[b];
   } else {
     VoxelCoupling v = voxel_coupling(options_.grid, voxels_[b], static_cast<int>(dofs), density, u,
@@ -91,18 +100,52 @@ void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u
   c.inverse_mass = factor.solve(MatX::Identity(dofs, dofs));
 }
 
+// The same of a body of nodes. Cut cells: the water follows what is seen of it, and so adds few
+// columns to its mass [D56]. Voxels: a column for each face.
+void Coupling::add_water_of_nodes(std::size_t b, const MacField& u, NodalInverse& inverse,
+                                  CoupledBody& c) {
+  const NodalSpace& space = inverse.space();
+  if (options_.geometry == Geometry::kCutCell) {
+    carried_[b] = water_beside(b, inverse.block().inverse(), c);
+    inverse.add_seen(carried_[b]);
+    const VecX gained = carried_[b] * (carried_velocity_[b] - space.seen_velocity(c.y_star));
+    c.y_star += inverse.solve(space.from_seen_force(gained));
+    return;
+  }
+  NodalVoxelCoupling v =
+      nodal_voxel_coupling(options_.grid, voxels_[b], surfaces_[b], options_.hydrostatics.density,
+                           u, system_.matrix.kind);
+  c.flux = std::move(v.flux);
+  inverse.add(v.Q, v.b * MatX::Identity(v.Q.cols(), v.Q.cols()));
+  const VecX gained = v.momentum - v.b * (v.Q.transpose() * c.y_star);
+  c.y_star += inverse.solve(v.Q * gained);
+}
+
+void Coupling::start_nodes(std::size_t b, const GeneralisedMass& H, const MacField& u,
+                           CoupledBody& c) {
+  NodalInverse inverse(H);
+  if (wet()) add_water_of_nodes(b, u, inverse, c);
+  c.inverse_mass = inverse.block();
+  c.nodes =
+      std::make_shared<const NodalBody>(wet() ? surfaces_[b].nodes : nullptr, std::move(inverse));
+}
+
 // What the solve knows of a body: y*, H^-1 and F; with the impulses that the stage begins with.
 void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
                           const Loads& loads, const MacField& u, CoupledBody& c, StageResult& out) {
   move_freely(stage, dt, in, loads.hydrostatic[b], out);
   c.y_star = out.motion.y_star;
-  c.inverse_mass = out.motion.H.inverse();
-  if (wet()) add_carried_water(b, out.motion.H.dense(), u, c);
+  if (in.body->nodes) {
+    start_nodes(b, out.motion.H, u, c);
+  } else {
+    c.inverse_mass = out.motion.H.inverse();
+    if (wet()) add_carried_water(b, out.motion.H.dense(), u, c);
+  }
   if (!loads.displaced.empty()) {
-    c.y_star += c.inverse_mass * loads.displaced[b];
+    c.y_star += c.answer(loads.displaced[b]);
     out.water_impulse += loads.displaced[b];
   }
-  if (in.reaction.size() > 0) c.y_star += c.inverse_mass * in.reaction;
+  if (in.reaction.size() > 0) c.y_star += c.answer(in.reaction);
 }
 
 std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
@@ -113,7 +156,8 @@ std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
   carried_.assign(bodies.size(), {});
   carried_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (carried_velocity_[b].size() == 0) carried_velocity_[b] = VecX::Zero(bodies[b].body->dofs());
+    if (carried_velocity_[b].size() == 0)
+      carried_velocity_[b] = VecX::Zero(seen_dofs(*bodies[b].body));
   std::vector<CoupledBody> coupled(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     start_body(stage, dt, b, bodies[b], loads, u, coupled[b], results[b]);
@@ -122,12 +166,16 @@ std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
 
 // Eq. 41: on constraint faces the water moves with the body.
 void Coupling::set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u) {
-  for (std::size_t b = 0; b < voxels_.size(); ++b)
+  for (std::size_t b = 0; b < voxels_.size(); ++b) {
+    const NodalSurface* nodes = surfaces_[b].nodes.get();
+    const VecX at_vertices = nodes ? VecX(nodes->velocity(coupled[b].y)) : VecX();
     for (const ConstraintFace& f : voxels_[b].faces)
       if (system_.matrix.kind(f.outer[0], f.outer[1], f.outer[2]) == CellKind::kUnknown) {
-        u[f.axis](f.face[0], f.face[1], f.face[2]) = f.Q.dot(coupled[b].y);
+        u[f.axis](f.face[0], f.face[1], f.face[2]) =
+            nodes ? face_speed(f, surfaces_[b], at_vertices) : f.Q.dot(coupled[b].y);
         valid_[f.axis](f.face[0], f.face[1], f.face[2]) = 1;
       }
+  }
 }
 
 void Coupling::assemble(const FreeSurface& surface) {
@@ -149,8 +197,8 @@ void Coupling::end_body(std::size_t b, const StageBody& in, const CoupledBody& c
                         StageResult& out) {
   out.y = c.y;
   if (wet() && options_.geometry == Geometry::kCutCell) {
-    const VecX momentum = carried_[b] * out.y;
-    out.water_impulse -= momentum - carried_[b] * carried_velocity_[b];
+    const VecX momentum = carried_[b] * seen_velocity(*in.body, out.y);
+    out.water_impulse -= from_seen_force(*in.body, momentum - carried_[b] * carried_velocity_[b]);
   }
   VecX f;
   if (out.reaction.size() > 0 && !wet()) {
@@ -195,7 +243,8 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   const bool ends_step = stage == Stage::kVelocityFull;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     end_body(b, bodies[b], coupled[b], results[b]);
-    if (ends_step && report.converged) carried_velocity_[b] = results[b].y;
+    if (ends_step && report.converged)
+      carried_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
   }
   if (ends_step || !report.converged)
     divergence_ =
@@ -208,7 +257,7 @@ void Coupling::visit_state(StateArchive& a, const std::vector<ReducedBody>& bodi
   if (carried_velocity_.size() > bodies.size())
     a.fail("field coupling/carried_velocity is of another number of bodies");
   for (std::size_t b = 0; b < carried_velocity_.size(); ++b)
-    if (carried_velocity_[b].size() != 0 && carried_velocity_[b].size() != bodies[b].dofs())
+    if (carried_velocity_[b].size() != 0 && carried_velocity_[b].size() != seen_dofs(bodies[b]))
       a.fail("field coupling/carried_velocity is of another number of modes");
   if (!wet()) return;
   grid_field(a, "coupling/valid", valid_);

@@ -158,7 +158,12 @@ class Coupling {
   const InnerFlow& inner_flow_of(const Archetype& archetype);
   void move_freely(Stage stage, double dt, const StageBody& in, const VecX& hydro,
                    StageResult& out) const;
+  MatX water_beside(std::size_t b, const MatX& H, CoupledBody& coupled);
   void add_carried_water(std::size_t b, const MatX& H, const MacField& u, CoupledBody& coupled);
+  void add_water_of_nodes(std::size_t b, const MacField& u, NodalInverse& inverse,
+                          CoupledBody& coupled);
+  void start_nodes(std::size_t b, const GeneralisedMass& H, const MacField& u,
+                   CoupledBody& coupled);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const Loads& loads,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
   std::vector<CoupledBody> start_bodies(Stage stage, double dt,
@@ -213,14 +218,15 @@ class Coupling {
   std::vector<DualFaces> faces_;           // cut cells, of each body
   std::vector<char> skinned_;              // of each body: the water sees a skin in its place
   std::map<const Archetype*, InnerFlow> inner_flows_;
-  std::vector<MatX> carried_;          // cut cells: water that moves with each body, kg
-  std::vector<VoxelBody> voxels_;      // voxel
+  std::vector<MatX> carried_;      // cut cells: water that moves with what is seen of each body, kg
+  std::vector<VoxelBody> voxels_;  // voxel
   bool geometry_is_prepared_ = false;  // the geometry is that of the next couple()
   std::vector<SlipFace> slip_faces_;
   PressureSystem system_;
   CoupledSolver solver_;
-  Array3<double> pressure_[2];          // first guess of each stage
-  std::vector<VecX> carried_velocity_;  // of that water: of its body after the last velocity stage
+  Array3<double> pressure_[2];  // first guess of each stage
+  // Of that water: seen_velocity of its body after the last velocity stage.
+  std::vector<VecX> carried_velocity_;
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();
   WaterMotion before_, after_;

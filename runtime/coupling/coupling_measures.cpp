@@ -5,7 +5,7 @@
 
 namespace archetide {
 
-// Of the water that moves with a body at y.
+// Of the water that moves with a body whose seen velocity is y.
 WaterMotion Coupling::carried_motion(std::size_t b, const VecX& y) const {
   const VecX momentum = carried_[b] * y;
   const Vec3 P = momentum.head<3>();
@@ -26,15 +26,15 @@ WaterMotion Coupling::whole_motion(const MacField& u, const Array3<double>* held
 
 void Coupling::measure_before(Stage stage, const MacField& u, const Array3<double>* held) {
   if (!wet() || stage != Stage::kVelocityFull) return;
-  before_ =
-      whole_motion(u, held, [&](std::size_t b) -> const VecX& { return carried_velocity_[b]; });
+  before_ = whole_motion(u, held, [&](std::size_t b) { return carried_velocity_[b]; });
 }
 
 void Coupling::measure_after(Stage stage, double dt, const Loads& loads,
                              const std::vector<CoupledBody>& coupled, const MacField& u,
                              const Array3<double>* held) {
   if (!wet() || stage != Stage::kVelocityFull) return;
-  after_ = whole_motion(u, held, [&](std::size_t b) -> const VecX& { return coupled[b].y; });
+  after_ = whole_motion(
+      u, held, [&](std::size_t b) { return seen_velocity(*surfaces_[b].body, coupled[b].y); });
   std::vector<VecX> still;  // without p'
   for (std::size_t b = 0; b < coupled.size(); ++b) {
     still.push_back(dt * loads.hydrostatic[b]);
@@ -79,9 +79,10 @@ void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
   for (std::size_t b = 0; b < coupled.size(); ++b) {
     if (skinned_[b]) continue;
     const PlacedInnerFlow inner(inner_flow_of(*surfaces_[b].body->archetype), surfaces_[b]);
+    const VecX y = seen_velocity(*surfaces_[b].body, coupled[b].y);
     add(faces_[b], [&](const DualFace& f) {
       inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);
-      return whole.dot(coupled[b].y);
+      return whole.dot(y);
     });
   }
 }

@@ -9,18 +9,22 @@ namespace {
 
 // A body and the points at walls that may hold it.
 struct HeldBody {
-  VecX y_star;        // 6 + r, not held
-  MatX inverse_mass;  // of the body that is not held
+  VecX y_star;                             // 6 + r, not held
+  MatX inverse_mass;                       // of the body that is not held ..
+  std::shared_ptr<const NodalBody> nodes;  // .. and the whole of a body of nodes
   MatX rows, tangents;
   std::vector<int> pressing;  // of the rows
 
   bool meets_walls() const { return rows.rows() > 0; }
-  VecX free_velocity(const CoupledBody& c) const { return y_star + inverse_mass * c.impulse; }
+  VecX free_velocity(const CoupledBody& c) const {
+    if (nodes) return y_star + nodes->answer(c.impulse);
+    return y_star + inverse_mass * c.impulse;
+  }
 };
 
 HeldBody held_body(const ReducedBody& body, const StageResult& result, const CoupledBody& c,
                    ModalMass mass) {
-  HeldBody held{c.y_star, c.inverse_mass, {}, {}, {}};
+  HeldBody held{c.y_star, c.inverse_mass, c.nodes, {}, {}, {}};
   const StageContacts& contacts = result.contacts;
   if (contacts.points.empty()) return held;
   const ConfigurationTerms here = configuration_terms(body, current_configuration(body), mass);
@@ -33,8 +37,17 @@ HeldBody held_body(const ReducedBody& body, const StageResult& result, const Cou
 // The body with the points that press as constraints.
 void hold(const HeldBody& held, const StageContacts& contacts, CoupledBody& c) {
   if (!held.meets_walls()) return;
-  const ConstrainedMass mass(held.inverse_mass, held.rows(held.pressing, Eigen::all),
-                             contacts.target(held.pressing));
+  const MatX rows = held.rows(held.pressing, Eigen::all);
+  const VecX target = contacts.target(held.pressing);
+  if (held.nodes) {
+    const ConstrainedMass mass(ConstrainedMass::Response{held.nodes->answer(rows.transpose())},
+                               rows, target);
+    c.nodes = held.nodes->held(mass.response(), mass.gram_inverse());
+    c.inverse_mass = c.nodes->inverse().block();
+    c.y_star = mass.project(held.y_star);
+    return;
+  }
+  const ConstrainedMass mass(held.inverse_mass, rows, target);
   c.inverse_mass = mass.inverse();
   c.y_star = mass.project(held.y_star);
 }

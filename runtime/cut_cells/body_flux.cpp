@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "runtime/cut_cells/clip.h"
 #include "runtime/cut_cells/surface_sweep.h"
@@ -22,6 +23,7 @@ BodySurface body_surface(const ReducedBody& body, ModalMass mass) {
   s.R = body.rotation.toRotationMatrix();
   s.centre = body.position;
   surface_points(body, s.points);
+  if (body.nodes) s.nodes = std::make_shared<const NodalSurface>(body, s.terms, s.points);
   return s;
 }
 
@@ -62,6 +64,10 @@ void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>
 bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& member,
                            const Vec3i& t) {
   body_ = member.body;
+  if (body_->nodes) {
+    for (int v = 0; v < 3; ++v) row_[v] = t[v];
+    return true;
+  }
   if (!member.share) {
     modes_ = &body_->body->archetype->surface_modes;
     for (int v = 0; v < 3; ++v) {
@@ -85,6 +91,11 @@ bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& 
 
 // Jᵀ of Eq. 4 with the weights of Section 7, times the load.
 void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
+  if (body_->nodes) {
+    for (int v = 0; v < 3; ++v)
+      Eigen::Map<Vec3>(f + 3 * static_cast<std::ptrdiff_t>(row_[v])) += corner[v] * n;
+    return;
+  }
   const Vec3 w = corner.cwiseProduct(weight_);
   const Vec3 arm = w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2];
   Eigen::Map<Vec3>(f) += w.sum() * n;
@@ -113,7 +124,8 @@ void MovingTriangle::start(const Vec3i& triangle) {
 std::vector<VecX> no_forces(const WetSurface& surface) {
   std::vector<VecX> forces;
   for (const WetSurface::Member& m : surface.members)
-    forces.push_back(VecX::Zero(m.body->body->dofs()));
+    forces.push_back(
+        VecX::Zero(m.body->nodes ? 3 * m.body->nodes->vertices() : m.body->body->dofs()));
   return forces;
 }
 
@@ -122,9 +134,23 @@ std::vector<VecX> sum_of_parts(const WetSurface& surface,
   std::vector<VecX> sum = no_forces(surface);
   for (std::size_t m = 0; m < sum.size(); ++m) {
     for (const std::vector<VecX>& part : parts) sum[m] += part[m];
-    without_spin(*surface.members[m].body, sum[m]);
+    const BodySurface& body = *surface.members[m].body;
+    if (body.nodes)
+      sum[m] = body.nodes->force(sum[m]);
+    else
+      without_spin(body, sum[m]);
   }
   return sum;
+}
+
+MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface) {
+  const MatX& J = nodes.seen_jacobian();
+  MatX flux = MatX::Zero(J.cols(), static_cast<Eigen::Index>(surface.ends.size()));
+  for (std::size_t m = 0; m < surface.ends.size(); ++m)
+    for (std::size_t e = surface.begin(m); e < surface.ends[m]; ++e)
+      flux.col(static_cast<Eigen::Index>(m)).noalias() +=
+          J.middleRows<3>(3L * surface.vertex[e]).transpose() * surface.area[e];
+  return flux;
 }
 
 void without_spin(const BodySurface& body, VecX& force) {
@@ -133,10 +159,18 @@ void without_spin(const BodySurface& body, VecX& force) {
 
 namespace {
 
+/// A piece of a triangle of a body of nodes.
+struct CornerFlux {
+  Vec3i vertices;
+  Vec3 weights;  // of its centroid
+  Vec3 area;     // m^2
+};
+
 /// F of one body as its surface is swept: a column for each cell that was requested.
 class FluxColumns {
  public:
-  FluxColumns(const CellBox& box, int dofs) : dofs_(dofs), slots_(box) {}
+  FluxColumns(const CellBox& box, const BodySurface& body)
+      : dofs_(seen_dofs(*body.body)), slots_(box) {}
 
   int slot(const Vec3i& cell) {
     const int at = slots_.slot(cell);
@@ -147,24 +181,51 @@ class FluxColumns {
     const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
     return columns_.data() + first;
   }
+  void add(const Vec3i& cell, const CornerFlux& corner) {
+    const auto at = static_cast<std::size_t>(slot(cell));
+    if (corners_.size() <= at) corners_.resize(at + 1);
+    corners_[at].push_back(corner);
+  }
   /// Eq. 16: B_i = R phi_i - (I^-1 D_i) x x takes the rigid spin out of each mode.
-  BodyFlux finish(const Grid& g, const ConfigurationTerms& terms) const {
+  BodyFlux finish(const Grid& g, const BodySurface& body) const {
     BodyFlux f;
-    f.flux =
-        Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(slots_.cells().size()));
-    f.flux.bottomRows(dofs_ - 6).noalias() -=
-        terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
     f.cell.reserve(slots_.cells().size());
     for (const Vec3i& c : slots_.cells())
       f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
                                   (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
+    if (body.nodes) {
+      for (std::size_t m = 0; m < f.cell.size(); ++m) end_column(m, f.surface);
+      f.flux = seen_flux(*body.nodes, f.surface);
+      return f;
+    }
+    f.flux =
+        Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(slots_.cells().size()));
+    f.flux.bottomRows(dofs_ - 6).noalias() -=
+        body.terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
     return f;
   }
 
  private:
+  // The vertices of column m, ascending, each once.
+  void end_column(std::size_t m, SurfaceFlux& surface) const {
+    std::vector<std::pair<int, Vec3>> all;
+    if (m < corners_.size())
+      for (const CornerFlux& c : corners_[m])
+        for (int v = 0; v < 3; ++v) all.emplace_back(c.vertices[v], c.weights[v] * c.area);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const auto& p, const auto& q) { return p.first < q.first; });
+    for (std::size_t n = 0; n < all.size(); ++n)
+      if (n > 0 && all[n].first == all[n - 1].first)
+        surface.area.back() += all[n].second;
+      else
+        surface.add(all[n].first, all[n].second);
+    surface.end_column();
+  }
+
   int dofs_;
   CellSlots slots_;
-  std::vector<double> columns_;  // dofs per cell
+  std::vector<double> columns_;                   // dofs per cell
+  std::vector<std::vector<CornerFlux>> corners_;  // per cell, of a body of nodes
 };
 
 /// What the pieces of some triangles leave in their cells.
@@ -174,10 +235,12 @@ struct SweptPieces {
     Vec3 area;            // cells^2
     double at, bend;      // of CellMoments::add
     std::size_t members;  // the first of `member` that moves the next piece
+    std::size_t corners;  // the first of `corners` of the next piece
   };
   std::vector<Piece> pieces;
   std::vector<std::size_t> member;  // of each piece those that move it ..
   std::vector<double> flux;         // .. and what each of its dofs pushes into the cell
+  std::vector<CornerFlux> corners;  // of a body of nodes, alone on its surface
 };
 
 SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<double>& kappa,
@@ -185,6 +248,7 @@ SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<dou
   const std::vector<Vec3>& points = *s.points;
   MovingTriangle triangle(s);
   SweptPieces swept;
+  const bool nodes = s.members[0].body->nodes != nullptr;
   for (const Vec3i& t : triangles) {
     const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
                        to_grid(g, points[t[2]])};
@@ -196,14 +260,17 @@ SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<dou
       const bool inside =
           (cell.array() >= 0).all() && cell[0] < g.nx && cell[1] < g.ny && cell[2] < g.nz;
       const Vec3 a = area * (g.dx * g.dx);  // m^2
-      if (inside)
+      if (inside && nodes)
+        swept.corners.push_back({t, w, a});
+      else if (inside)
         triangle.add(w, a, [&](std::size_t m) {
           const std::size_t first = swept.flux.size();
           swept.member.push_back(m);
           swept.flux.resize(first + s.members[m].body->body->dofs(), 0.0);
           return swept.flux.data() + first;
         });
-      swept.pieces.push_back({cell, area, at - cell[0] - 0.5, w.dot(bend), swept.member.size()});
+      swept.pieces.push_back(
+          {cell, area, at - cell[0] - 0.5, w.dot(bend), swept.member.size(), swept.corners.size()});
     });
   }
   return swept;
@@ -221,13 +288,15 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
   SweptSurface swept{SurfaceCells(cell_box(g, *s.points)), {}};
   for (const WetSurface::Member& m : s.members)
-    swept.columns.emplace_back(swept.cells.box(), m.body->body->dofs());
+    swept.columns.emplace_back(swept.cells.box(), *m.body);
   const std::vector<SweptPieces> parts = parts_of(
       *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
   for (const SweptPieces& part : parts) {
     const double* flux = part.flux.data();
-    std::size_t n = 0;
+    std::size_t n = 0, corner = 0;
     for (const SweptPieces::Piece& piece : part.pieces) {
+      for (; corner < piece.corners; ++corner)
+        swept.columns[0].add(piece.cell, part.corners[corner]);
       swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
       for (; n < piece.members; ++n) {
         const std::size_t m = part.member[n];
@@ -269,7 +338,7 @@ std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurf
       face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
       face.high = columns.slot(face.face);
     }
-    fluxes[b] = columns.finish(g, s.terms);
+    fluxes[b] = columns.finish(g, s);
     balance_flux(fluxes[b].flux);
   });
   return fluxes;
@@ -285,7 +354,7 @@ std::vector<BodyFlux> cut_skin(const Grid& g, const WetSurface& skin, SolidFract
   sweep_surface(g, swept.cells, fractions);
   std::vector<BodyFlux> fluxes;
   for (std::size_t m = 0; m < swept.columns.size(); ++m)
-    fluxes.push_back(swept.columns[m].finish(g, skin.members[m].body->terms));
+    fluxes.push_back(swept.columns[m].finish(g, *skin.members[m].body));
   return fluxes;
 }
 

@@ -8,6 +8,8 @@
 #include "common/base/exception_carrier.h"
 #include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/skinning.h"
+#include "runtime/cut_cells/nodal_surface.h"
+#include "runtime/cut_cells/surface_flux.h"
 #include "runtime/grid/grid.h"
 #include "runtime/solid/reduced_body.h"
 
@@ -17,19 +19,22 @@ namespace archetide {
 /// velocity pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over
 /// (surface within the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid
 /// motion obeys the discrete divergence theorem to round-off and volume-changing modes need no
-/// extra term. Voxel: F = G^T W^T Q on constraint faces.
+/// extra term. Voxel: F = G^T W^T Q on constraint faces. Of a body of nodes `flux` is that of what
+/// is seen of it, and F^T y = (flux, surface)^T NodalSurface::to_solve(y).
 struct BodyFlux {
   std::vector<std::int64_t> cell;  // m, index into the grid
   MatX flux;                       // (6 + r) x m
+  SurfaceFlux surface = {};        // bodies of nodes
 };
 
 /// The deformed surface of one body at one configuration, and what the coupling reads of it.
 struct BodySurface {
   const ReducedBody* body = nullptr;
-  ConfigurationTerms terms;  // at this configuration
-  Mat3 R;                    // rest frame to world
-  Vec3 centre;               // centre of mass, m
-  std::vector<Vec3> points;  // ns, world, m
+  ConfigurationTerms terms;                             // at this configuration
+  Mat3 R;                                               // rest frame to world
+  Vec3 centre;                                          // centre of mass, m
+  std::vector<Vec3> points;                             // ns, world, m
+  std::shared_ptr<const NodalSurface> nodes = nullptr;  // of a body of nodes
 };
 BodySurface body_surface(const ReducedBody& body, ModalMass mass);
 
@@ -62,7 +67,8 @@ class MemberTriangle {
   /// False: the body does not move the triangle.
   bool start(const WetSurface& surface, const WetSurface::Member& member, const Vec3i& triangle);
   /// Generalised force (6 + r, the modes still with the spin that they carry) of the load
-  /// corner[v] n at the three corners: f += sum_v corner[v] J_v^T n.
+  /// corner[v] n at the three corners: f += sum_v corner[v] J_v^T n. Of a body of nodes the forces
+  /// on its vertices, 3 ns.
   void add(const Vec3& corner, const Vec3& n, double* f) const;
 
  private:
@@ -70,7 +76,7 @@ class MemberTriangle {
   const MatX* modes_ = nullptr;
   Vec3 weight_;
   Vec3 arm_[3];  // m
-  int row_[3];   // of the modes, in vertices
+  int row_[3];   // of the modes (a body of nodes: of the surface), in vertices
 };
 
 /// One triangle as all members of a surface that move it do.
@@ -110,16 +116,19 @@ auto parts_of(const std::vector<Item>& items, const OfSome& of_some) {
   return parts;
 }
 
-/// A generalised force of nothing for every member.
+/// What MemberTriangle adds to, of nothing, for every member.
 std::vector<VecX> no_forces(const WetSurface& surface);
 
-/// Of every member, the sum of the parts, and without_spin of it.
+/// Of every member, the sum of the parts as a generalised force, and without_spin of it.
 std::vector<VecX> sum_of_parts(const WetSurface& surface,
                                const std::vector<std::vector<VecX>>& parts);
 
 /// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
 /// x x instead of R phi_i.
 void without_spin(const BodySurface& body, VecX& force);
+
+/// Of what is seen of a body of nodes (BodyFlux::flux), m^2 per unit y.
+MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface);
 
 /// Fractions that solids take of the grid: of each face's area and of each cell's volume, in [0,1].
 struct SolidFractions {

@@ -110,7 +110,8 @@ InnerFlow inner_flow(const Archetype& a) {
 }
 
 PlacedInnerFlow::PlacedInnerFlow(const InnerFlow& flow, const BodySurface& s) : centre_(s.centre) {
-  const int r = s.body->r;
+  const int r = seen_dofs(*s.body) - 6;
+  const MatX& spin_of_modes = s.nodes ? s.nodes->spin_of_modes() : s.terms.spin_of_modes;
   for (auto& rows : axis_) rows.setZero(6 + r, 10);
   for (int a = 0; a < 3; ++a) axis_[a](a, 0) = 1.0;
   // Motion m of the rest frame, in the world, times `share` to that of a degree of freedom.
@@ -132,7 +133,7 @@ PlacedInnerFlow::PlacedInnerFlow(const InnerFlow& flow, const BodySurface& s) : 
     for (int m = 0; m < 3; ++m) add(3 + k, s.R(k, m), m);
   for (int i = 0; i < r; ++i) add(6 + i, 1.0, 3 + i);
   for (auto& rows : axis_)
-    rows.bottomRows(r).noalias() -= s.terms.spin_of_modes.transpose() * rows.middleRows<3>(3);
+    rows.bottomRows(r).noalias() -= spin_of_modes.transpose() * rows.middleRows<3>(3);
 }
 
 void PlacedInnerFlow::at(const Vec3& place, int axis, VecX& whole, VecX& strain) const {

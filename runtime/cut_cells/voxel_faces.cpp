@@ -157,7 +157,7 @@ VoxelBody voxel_body(const Grid& g, const BodySurface& s, SolidFractions& fracti
         f.face[axis] += side;
         find_nearest_point(g, s, buckets, f);
         if (f.triangle < 0) continue;
-        f.Q = interpolated_jacobian(s, f.triangle, f.bary).row(axis).transpose();
+        if (!s.nodes) f.Q = interpolated_jacobian(s, f.triangle, f.bary).row(axis).transpose();
         body.faces.push_back(std::move(f));
       }
   return body;
@@ -184,6 +184,49 @@ VoxelCoupling voxel_coupling(const Grid& g, const VoxelBody& body, int dofs, dou
     c.flux.cell.push_back(cell);
   }
   return c;
+}
+
+NodalVoxelCoupling nodal_voxel_coupling(const Grid& g, const VoxelBody& body, const BodySurface& s,
+                                        double density, const MacField& u_star,
+                                        const Array3<CellKind>& kind) {
+  std::map<std::int64_t, std::vector<const ConstraintFace*>> faces_of;
+  std::vector<const ConstraintFace*> wet;
+  for (const ConstraintFace& f : body.faces) {
+    const auto outer = static_cast<std::int64_t>(kind.index(f.outer[0], f.outer[1], f.outer[2]));
+    if (kind[outer] == CellKind::kUnknown) faces_of[outer].push_back(&f), wet.push_back(&f);
+  }
+  const auto corners = [&](const ConstraintFace& f) -> const Vec3i& {
+    return s.body->archetype->surface.triangles[f.triangle];
+  };
+  NodalVoxelCoupling c;
+  c.b = density * g.dx * g.dx * g.dx;
+  for (const auto& [cell, faces] : faces_of) {
+    c.flux.cell.push_back(cell);
+    for (const ConstraintFace* f : faces)
+      for (int v = 0; v < 3; ++v)
+        c.flux.surface.add(corners(*f)[v],
+                           f->sign * g.dx * g.dx * f->bary[v] * Vec3::Unit(f->axis));
+    c.flux.surface.end_column();
+  }
+  c.flux.flux = seen_flux(*s.nodes, c.flux.surface);
+  const auto count = static_cast<Eigen::Index>(wet.size());
+  MatX G = MatX::Zero(3L * s.nodes->vertices(), count);
+  c.momentum.resize(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const ConstraintFace& f = *wet[k];
+    for (int v = 0; v < 3; ++v) G(3L * corners(f)[v] + f.axis, k) += f.bary[v];
+    c.momentum[k] = c.b * u_star[f.axis](f.face[0], f.face[1], f.face[2]);
+  }
+  c.Q = s.nodes->force(G);
+  return c;
+}
+
+double face_speed(const ConstraintFace& f, const BodySurface& s, const VecX& velocities) {
+  double speed = 0.0;
+  for (int v = 0; v < 3; ++v)
+    speed +=
+        f.bary[v] * velocities[3L * s.body->archetype->surface.triangles[f.triangle][v] + f.axis];
+  return speed;
 }
 
 }  // namespace archetide

@@ -17,7 +17,7 @@ struct ConstraintFace {
   double sign;   // +1 if the outer cell lies on the high side of the face
   int triangle;  // nearest point of the surface
   Vec3 bary;
-  VecX Q;  // 6 + r, face-normal velocity per unit y
+  VecX Q;  // 6 + r, face-normal velocity per unit y; a body of nodes: empty
 };
 
 struct VoxelBody {
@@ -44,5 +44,18 @@ struct VoxelCoupling {
 };
 VoxelCoupling voxel_coupling(const Grid& g, const VoxelBody& body, int dofs, double density,
                              const MacField& u_star, const Array3<CellKind>& kind);
+
+/// The same of a body of nodes, whose fluid mass is Q b Q^T with a column for each wet face.
+struct NodalVoxelCoupling {
+  BodyFlux flux;
+  MatX Q;          // (6 + 3 n) x faces
+  VecX momentum;   // b u*, per face, kg m/s
+  double b = 0.0;  // kg
+};
+NodalVoxelCoupling nodal_voxel_coupling(const Grid& g, const VoxelBody& body,
+                                        const BodySurface& surface, double density,
+                                        const MacField& u_star, const Array3<CellKind>& kind);
+/// Velocity along its axis of the point of a constraint face; of the surface's vertices, 3 ns.
+double face_speed(const ConstraintFace& f, const BodySurface& surface, const VecX& velocities);
 
 }  // namespace archetide

@@ -1,6 +1,7 @@
 #include <set>
 
 #include "runtime/output/run_writer.h"
+#include "runtime/solid/nodal_space.h"
 
 namespace archetide {
 namespace {
@@ -41,9 +42,12 @@ MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& g,
               kBytesPerParticle * kParticleBand * surface_cells * options.particles_per_cell;
   }
   std::set<const Archetype*> seen;
+  std::set<const NodalSpace*> spaces;
   for (const ReducedBody& body : bodies) {
     m.bodies += static_cast<double>(instance_bytes(body));
     if (seen.insert(body.archetype.get()).second) m.archetypes += archetype_bytes(*body.archetype);
+    if (body.nodes && spaces.insert(body.nodes.get()).second)
+      m.archetypes += static_cast<double>(body.nodes->bytes());
   }
   return m;
 }

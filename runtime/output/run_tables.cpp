@@ -112,7 +112,7 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
 
 BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies, bool keep)
     : csv_(path, keep) {
-  for (const ReducedBody& body : bodies) modes_ = std::max(modes_, body.r);
+  for (const ReducedBody& body : bodies) modes_ = std::max(modes_, seen_dofs(body) - 6);
   if (!keep) write_header();
 }
 
@@ -143,9 +143,10 @@ void BodiesTable::add(double time, int body_index, const ReducedBody& body, cons
   cells(csv_, body.L);
   cells(csv_, impulse);
   cells(csv_, angular_impulse);
+  const VecX q = seen_amplitudes(body);
   for (int m = 0; m < modes_; ++m)
-    if (m < body.r)
-      csv_.cell(body.q[m]);
+    if (m < q.size())
+      csv_.cell(q[m]);
     else
       csv_.empty_cell();
   csv_.end_row();

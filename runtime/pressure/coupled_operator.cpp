@@ -12,6 +12,23 @@ namespace archetide {
 // up to a third off; measured).
 constexpr double kAddedMass = 0.11;
 
+double CoupledBody::pushed(std::size_t m, const VecX& at) const {
+  const auto column = flux.flux.col(static_cast<Eigen::Index>(m));
+  if (!nodes) return column.dot(at);
+  return column.dot(at.head(column.size())) +
+         flux.surface.pushed(m, at.tail(at.size() - column.size()));
+}
+
+MatX CoupledOperator::Body::gather(const MatX& values) const {
+  if (!nodes) return flux * values;
+  MatX f = MatX::Zero(rows(), values.cols());
+  f.topRows(flux.rows()).noalias() = flux * values;
+  for (Eigen::Index k = 0; k < values.cols(); ++k)
+    surface.gather([&](std::size_t m) { return values(static_cast<Eigen::Index>(m), k); },
+                   f.col(k).tail(rows() - flux.rows()));
+  return f;
+}
+
 CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSystem& s,
                                                double density, const CoupledBody& coupled) {
   const BodyFlux& f = coupled.flux;
@@ -24,11 +41,17 @@ CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSyst
     body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
         f.flux.col(static_cast<Eigen::Index>(m)) / area;
     body.cell.push_back(f.cell[m]);
+    if (coupled.nodes) {
+      for (std::size_t e = f.surface.begin(m); e < f.surface.ends[m]; ++e)
+        body.surface.add(f.surface.vertex[e], f.surface.area[e] / area);
+      body.surface.end_column();
+    }
     const Vec3i at = s.matrix.cell(f.cell[m]);
     body.low = body.low.cwiseMin(at), body.high = body.high.cwiseMax(at + Vec3i::Ones());
   }
   body.flux.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(body.cell.size()));
   body.inverse_mass = mass * coupled.inverse_mass;
+  body.nodes = coupled.nodes;
   body.added_mass =
       kAddedMass * (body.high - body.low).maxCoeff() * (body.flux * body.flux.transpose());
   return body;
@@ -44,8 +67,10 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
   }
   to_scaled_mass_ = density * g.dx * g.dx * g.dx;
   if (same_water) {  // what it sees of them is the same too
-    for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
       bodies_[b].inverse_mass = to_scaled_mass_ * bodies[b].inverse_mass;
+      bodies_[b].nodes = bodies[b].nodes;
+    }
   } else {
     bodies_.clear();
     for (const CoupledBody& body : bodies) bodies_.push_back(body_of(g, s, density, body));
@@ -71,7 +96,7 @@ void CoupledOperator::setup_closed_regions() {
   std::vector<MatX> pushed, free;  // Fhat^T E of every body, and H^-1 of it
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
-    MatX sums(body.flux.rows(), n);
+    MatX sums(body.rows(), n);
     for (Eigen::Index c = 0; c < n; ++c) {
       const double one = 1.0 / std::sqrt(static_cast<double>(closed_.size(c)));
       closed_.add_constant(c, one, indicator.data());
@@ -82,8 +107,11 @@ void CoupledOperator::setup_closed_regions() {
                                       .cwiseProduct(body.flux.transpose())
                                       .sum());
     }
-    G.noalias() += sums.transpose() * body.inverse_mass * sums;
-    free.push_back(body.inverse_mass * sums);
+    free.push_back(respond_alone(b, sums));
+    if (body.nodes)
+      G.noalias() += sums.transpose() * free.back();
+    else
+      G.noalias() += sums.transpose() * body.inverse_mass * sums;
     pushed.push_back(std::move(sums));
   }
   if (rows_) {
@@ -107,18 +135,79 @@ void CoupledOperator::setup_closed_regions() {
   }
 }
 
+namespace {
+
+/// Forces on what is seen of a body of nodes, and on its vertices.
+template <class Place, class Value>
+VecX with_surface(const CoupledOperator::Body& body, const VecX& seen,
+                  const std::vector<Place>& place, const Value* x) {
+  VecX f = VecX::Zero(body.rows());
+  f.head(seen.size()) = seen;
+  body.surface.gather([&](std::size_t m) { return static_cast<double>(x[place[m]]); },
+                      f.tail(f.size() - seen.size()));
+  return f;
+}
+
+}  // namespace
+
 VecX CoupledOperator::gather(std::size_t b, const double* x) const {
-  return gather_columns(bodies_[b].flux, bodies_[b].cell, x);
+  const Body& body = bodies_[b];
+  VecX seen = gather_columns(body.flux, body.cell, x);
+  return body.nodes ? with_surface(body, seen, body.cell, x) : seen;
+}
+
+VecX CoupledOperator::gather(std::size_t b, const std::vector<std::size_t>& place,
+                             const float* x) const {
+  const Body& body = bodies_[b];
+  VecX seen = gather_columns(body.flux, place, x);
+  return body.nodes ? with_surface(body, seen, place, x) : seen;
 }
 
 void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  scatter_columns(bodies_[b].flux, bodies_[b].cell, v, y);
+  const Body& body = bodies_[b];
+  if (!body.nodes) return scatter_columns(body.flux, body.cell, v, y);
+  const Eigen::Index seen = body.flux.rows();
+  scatter_columns(body.flux, body.cell, v.head(seen), y);
+  const VecX at_vertices = v.tail(v.size() - seen);
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    y[body.cell[m]] += body.surface.pushed(m, at_vertices);
 }
 
 // Eqs. 42 and 43 with λ eliminated: H⁻¹ f; with joints Eq. 49.
 void CoupledOperator::respond(std::vector<VecX>& f) const {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) f[b] = (bodies_[b].inverse_mass * f[b]).eval();
+  respond_nodes(f, f);
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (!bodies_[b].nodes) f[b] = (bodies_[b].inverse_mass * f[b]).eval();
   if (rows_) rows_->constrain(f);
+}
+
+void CoupledOperator::respond_nodes(const std::vector<VecX>& f, std::vector<VecX>& response) const {
+  std::vector<std::size_t> which;
+  std::vector<const NodalBody*> nodes;
+  std::vector<MatX> all;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].nodes) continue;
+    if (bodies_[b].cell.empty()) {
+      response[b] = VecX::Zero(bodies_[b].rows());
+      continue;
+    }
+    which.push_back(b), nodes.push_back(bodies_[b].nodes.get()), all.push_back(f[b]);
+  }
+  if (which.empty()) return;
+  NodalBody::answer_in_solve(nodes, all);
+  for (std::size_t n = 0; n < which.size(); ++n) response[which[n]] = to_scaled_mass_ * all[n];
+}
+
+MatX CoupledOperator::respond_alone(std::size_t b, const MatX& f) const {
+  const Body& body = bodies_[b];
+  if (!body.nodes) return body.inverse_mass * f;
+  std::vector<MatX> one = {f};
+  NodalBody::answer_in_solve({body.nodes.get()}, one);
+  return to_scaled_mass_ * one[0];
+}
+
+VecX CoupledOperator::on_body(std::size_t b, const VecX& f) const {
+  return bodies_[b].nodes ? VecX(bodies_[b].nodes->surface().to_body(f)) : f;
 }
 
 MatX CoupledOperator::own_inverse(std::size_t b) const {
@@ -190,7 +279,7 @@ CoupledOperator::Energies CoupledOperator::energies(const double* x, const doubl
   Energies e;
   e.water = dot(blocks(), x, b);
   for (std::size_t n = 0; n < bodies_.size(); ++n) {
-    const VecX v = y[n] - response[n];
+    const VecX v = y[n].head(bodies_[n].flux.rows()) - response[n].head(bodies_[n].flux.rows());
     e.water -= f[n].dot(response[n]);
     e.bodies += v.dot(bodies_[n].added_mass * v);
   }

@@ -6,18 +6,28 @@
 #include "runtime/cut_cells/body_flux.h"
 #include "runtime/numerics/components.h"
 #include "runtime/numerics/poisson_operator.h"
+#include "runtime/pressure/nodal_body.h"
 #include "runtime/pressure/pressure_system.h"
 #include "runtime/solid/constrained_inverse.h"
 
 namespace archetide {
 
 /// One body inside a coupled solve: in its flux, its mass and uncoupled velocity; out its velocity.
+/// Of a body of nodes `inverse_mass` is the block of what is seen of it (NodalInverse::block) and
+/// `nodes` the whole, y has 6 + 3 n entries.
 struct CoupledBody {
   BodyFlux flux;      // F; columns of cells without an unknown are ignored
   MatX inverse_mass;  // (6 + r)^2: H^-1, or its constrained form: symmetric, semi-definite
   VecX y_star;        // 6 + r, velocity without the dynamic pressure; keeps the rows, if any
   VecX y;             // result: y* - H^-1 F^T dt p' (with rows their constrained inverse)
   VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
+  std::shared_ptr<const NodalBody> nodes = nullptr;  // a body of nodes
+
+  /// H^-1 f, 6 + r.
+  VecX answer(const VecX& f) const { return nodes ? VecX(nodes->answer(f)) : inverse_mass * f; }
+  /// F^T y of column m of the flux, m^3/s, with `motion`: y, or NodalSurface::to_solve of it.
+  double pushed(std::size_t m, const VecX& motion) const;
+  VecX motion(const VecX& v) const { return nodes ? VecX(nodes->surface().to_solve(v)) : v; }
 };
 
 /// Eq. 45 with the constraint impulses lambda eliminated (docs/method.md, C14): an operator on the
@@ -57,6 +67,14 @@ class CoupledOperator {
     MatX inverse_mass;                                // rho dx^3 H^-1
     Vec3i low = Vec3i::Zero(), high = Vec3i::Zero();  // box around the cells
     MatX added_mass;                                  // over rho dx^3, roughly: from the flux alone
+
+    // A body of nodes: flux, inverse and added mass are those of what is seen of it. In the solve
+    // its forces and velocities have rows() entries, those of NodalSurface::to_body and to_solve.
+    std::shared_ptr<const NodalBody> nodes = nullptr;
+    SurfaceFlux surface = {};  // over dx^2, columns of the same cells
+    Eigen::Index rows() const { return nodes ? nodes->surface().rows() : flux.rows(); }
+    /// Forces of columns of pressures at its cells, m x k.
+    MatX gather(const MatX& values) const;
   };
   /// What the water sees of a body.
   static Body body_of(const Grid& g, const PressureSystem& system, double density,
@@ -65,13 +83,21 @@ class CoupledOperator {
 
   /// rho dx^3 H^-1 f of every body, in place, rows kept.
   void respond(std::vector<VecX>& f) const;
+  /// The same of the bodies of nodes alone.
+  void respond_nodes(const std::vector<VecX>& f, std::vector<VecX>& response) const;
+  /// rho dx^3 H^-1 of body b, without rows, times columns of forces.
+  MatX respond_alone(std::size_t b, const MatX& f) const;
+  /// The generalised force (6 + r) that f stands for in the solve.
+  VecX on_body(std::size_t b, const VecX& f) const;
   /// The bodies' own blocks of that inverse.
   MatX own_inverse(std::size_t b) const;
   /// Null where no rows are.
   const ConstrainedInverse* rows() const { return rows_; }
 
-  /// Fhat^T x of body b, 6 + r, and y += Fhat v.
+  /// Fhat^T x of body b, rows(), and y += Fhat v.
   VecX gather(std::size_t b, const double* x) const;
+  /// The same of x at other places than its cells.
+  VecX gather(std::size_t b, const std::vector<std::size_t>& place, const float* x) const;
   std::vector<VecX> gather(const double* x) const;  // of all
   void scatter(std::size_t b, const VecX& v, double* y) const;
 

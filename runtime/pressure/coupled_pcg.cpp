@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "common/base/exception_carrier.h"
-#include "runtime/cut_cells/flux_columns.h"
 
 namespace archetide {
 namespace {
@@ -131,10 +130,11 @@ void CoupledPcg::respond(const float* z) {
   for (std::size_t b = 0; b < place_.size(); ++b)
     carrier.run([&] {
       const CoupledOperator::Body& body = op_->bodies()[b];
-      momentum_[b] = gather_columns(body.flux, place_[b], z);
-      response_[b].noalias() = body.inverse_mass * momentum_[b];
+      momentum_[b] = op_->gather(b, place_[b], z);
+      if (!body.nodes) response_[b].noalias() = body.inverse_mass * momentum_[b];
     });
   carrier.rethrow();
+  op_->respond_nodes(momentum_, response_);
   if (op_->rows()) op_->rows()->constrain(response_);
 }
 
@@ -199,7 +199,10 @@ double CoupledPcg::cycle_with_closed(double scale) {
 // leave, but for what the cycle does not see.
 double CoupledPcg::body_error(double scale) const {
   double sum = 0.0;
-  for (std::size_t b = 0; b < error_.size(); ++b) sum += momentum_[b].dot(error_[b] * momentum_[b]);
+  for (std::size_t b = 0; b < error_.size(); ++b) {
+    const VecX f = momentum_[b].head(error_[b].rows());
+    sum += f.dot(error_[b] * f);
+  }
   return sum / (kTooLarge * scale * scale);
 }
 

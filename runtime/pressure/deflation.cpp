@@ -293,14 +293,28 @@ void Deflation::assemble(const CoupledOperator& op) {
   std::vector<Near> near(op.bodies().size());
   for (const Patch& p : patches_)
     for (const auto& [c, flux] : p.flux) near[c].push_back({&p, &flux});
-  for (std::size_t c = 0; c < near.size(); ++c)
+  for (std::size_t c = 0; c < near.size(); ++c) {
+    if (op.bodies()[c].nodes) {
+      add_answers(op, c, near[c], E);
+      continue;
+    }
     for (const auto& [p, flux] : near[c])
       for (const auto& [o, other] : near[c])
         E.block(p->first, o->first, p->columns, o->columns).noalias() +=
             flux->transpose() * op.bodies()[c].inverse_mass * *other;
+  }
   if (op.rows()) add_rows(op, near, E);
   factor_.compute(0.5 * (E + E.transpose()));
   if (factor_.info() != Eigen::Success) patches_.clear(), columns_ = 0;
+}
+
+// The same of a body of nodes, whose inverse mass is no matrix.
+void Deflation::add_answers(const CoupledOperator& op, std::size_t c, const Near& near, MatX& E) {
+  for (const auto& [o, other] : near) {
+    const MatX answer = op.respond_alone(c, *other);
+    for (const auto& [p, flux] : near)
+      E.block(p->first, o->first, p->columns, o->columns).noalias() += flux->transpose() * answer;
+  }
 }
 
 // What rows take away from Y^T F H^-1 F^T Y: bodies that they tie together answer for each other.
@@ -368,7 +382,7 @@ void Deflation::find_flux(const CoupledOperator& op, Patch& p) {
       const Vec3i at = a.cell(n) - low;
       return (at.array() >= 0).all() && (at.array() < size.array()).all();
     });
-    if (near) p.flux.emplace_back(c, MatX::Zero(op.bodies()[c].flux.rows(), p.columns));
+    if (near) p.flux.emplace_back(c, MatX::Zero(op.bodies()[c].rows(), p.columns));
   }
 }
 
@@ -388,7 +402,10 @@ void Deflation::add_products(const CoupledOperator& op, Patch& p, MatX& E) const
         const float* value = y.at(at[0], at[1], at[2]);
         for (int c = 0; c < count; ++c) values(c, static_cast<Eigen::Index>(m)) = value[c];
       }
-      flux.middleCols(first, count).noalias() += body.flux * values.transpose();
+      if (body.nodes)
+        flux.middleCols(first, count) += body.gather(values.transpose());
+      else
+        flux.middleCols(first, count).noalias() += body.flux * values.transpose();
     }
     for (const Patch& other : patches_) {
       const bool apart = ((other.low + other.size).array() <= y.low().array()).any() ||

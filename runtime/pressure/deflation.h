@@ -91,6 +91,7 @@ class Deflation {
             Patch& p) const;
   void assemble(const CoupledOperator& op);
   using Near = std::vector<std::pair<const Patch*, const MatX*>>;  // patches, their Fhat^T Y
+  static void add_answers(const CoupledOperator& op, std::size_t c, const Near& near, MatX& E);
   void add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const;
   static void find_flux(const CoupledOperator& op, Patch& p);
   void add_products(const CoupledOperator& op, Patch& p, MatX& E) const;

@@ -72,6 +72,13 @@ std::shared_ptr<const Archetype> ArchetypeLibrary::load(const std::string& arche
   return entry;
 }
 
+std::shared_ptr<const NodalSpace> ArchetypeLibrary::nodes_of(
+    const std::shared_ptr<const Archetype>& archetype) {
+  std::shared_ptr<const NodalSpace>& entry = nodes_[archetype.get()];
+  if (!entry) entry = std::make_shared<const NodalSpace>(archetype);
+  return entry;
+}
+
 std::shared_ptr<const Skin> ArchetypeLibrary::load_skin(const std::string& archetype) {
   const std::string file = path(archetype);
   std::shared_ptr<const Skin>& entry = skins_[file];

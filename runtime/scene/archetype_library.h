@@ -7,6 +7,7 @@
 
 #include "common/archetype/skin.h"
 #include "runtime/scene/scene_spec.h"
+#include "runtime/solid/nodal_space.h"
 
 namespace archetide {
 
@@ -27,11 +28,14 @@ class ArchetypeLibrary {
 
   /// Reads what the runtime needs, cached; a body with modes also needs the tets (Part::kAll).
   std::shared_ptr<const Archetype> load(const std::string& archetype, Part part = Part::kRuntime);
+  /// Every node of an archetype of Part::kAll that keeps its tets, shared by its bodies.
+  std::shared_ptr<const NodalSpace> nodes_of(const std::shared_ptr<const Archetype>& archetype);
   std::shared_ptr<const Skin> load_skin(const std::string& archetype);
 
  private:
   std::vector<std::string> folders_;
   std::map<std::pair<std::string, Part>, std::shared_ptr<const Archetype>> cache_;
+  std::map<const Archetype*, std::shared_ptr<const NodalSpace>> nodes_;
   std::map<std::string, std::shared_ptr<const Skin>> skins_;
 };
 

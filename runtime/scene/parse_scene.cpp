@@ -133,6 +133,8 @@ BodySpec parse_instance(const Section& s, const SceneSpec& scene) {
   if (s.has("modes") && !s.is_string("modes")) body.modes = s.integer("modes");
   if (s.has("modes") && s.is_string("modes")) body.every_motion = s.string("modes") == "full";
   body.modes_where = s.location("modes");
+  body.every_node = s.string("deformable") == "full";
+  body.deformable_where = s.location("deformable");
   return body;
 }
 

@@ -40,6 +40,40 @@ TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   return mesh;
 }
 
+// A body of nodes at rest in its shape, from one of modes.
+void set_nodes_free(const BodySpec& spec, ArchetypeLibrary& library, ReducedBody& body) {
+  const Archetype& a = *body.archetype;
+  const std::string full = "deformable = \"full\" ";
+  if (spec.modes || spec.every_motion)
+    throw InputError({{spec.modes_where, full + "frees every node: it has no number of modes",
+                       "remove modes, or remove deformable"}});
+  if (a.nonlinear())
+    throw InputError(
+        {{spec.deformable_where,
+          full + "is linear elasticity, archetype " + spec.archetype + " has nonlinear modes",
+          "set modes.kind = \"linear\" in its body file and build it again"}});
+  if (a.matrices.empty())
+    throw InputError({{spec.deformable_where,
+                       full + "needs the mass and the stiffness of the tets, which archetype " +
+                           spec.archetype + " does not keep",
+                       "set keep = \"tets\" in its body file and build it again"}});
+  free_nodes(library.nodes_of(body.archetype), body);
+}
+
+// What bodies of nodes cannot do yet.
+void demand_nodes_alone(const BodySpec& spec, const SceneSpec& scene) {
+  if (!spec.every_node) return;
+  const std::string what = scene.body_contact      ? "[contact]"
+                           : !scene.joints.empty() ? "[[joint]]"
+                           : !scene.skins.empty()  ? "[[skin]]"
+                           : !scene.forces.empty() ? "[[force]]"
+                                                   : "";
+  if (what.empty()) return;
+  throw InputError(
+      {{spec.deformable_where, "bodies with deformable = \"full\" are not possible with " + what,
+        "remove " + what + ", or give the body modes instead of deformable = \"full\""}});
+}
+
 // A rigid body needs no tets.
 Part part_needed(const BodySpec& spec) { return spec.modes == 0 ? Part::kRuntime : Part::kAll; }
 
@@ -47,6 +81,7 @@ void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built
               double release = 0.0) {
   const Part part = part_needed(spec);
   built.bodies.push_back(instantiate(spec, library.load(spec.archetype, part)));
+  if (spec.every_node) set_nodes_free(spec, library, built.bodies.back());
   const Archetype& archetype = *built.bodies.back().archetype;
   built.body_names.push_back(spec.name.empty() ? archetype.name : spec.name);
   built.release.push_back(release);
@@ -277,12 +312,14 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   };
   for (const BodySpec& spec : scene.bodies)
     collect([&] {
+      demand_nodes_alone(spec, scene);
       add_body(spec, library, built);
       demand_trapezoid(spec, built);
     });
   if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] {
+      demand_nodes_alone(spec.body, scene);
       add_scatter(spec, library, built);
       demand_trapezoid(spec.body, built);
     });

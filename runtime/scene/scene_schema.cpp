@@ -268,7 +268,14 @@ Keys instance_keys(const std::string& table) {
            .choices = {"all", "full"},
            .meaning = "0 = rigid; absent = all that are stored; \"full\" = the same, but only "
                       "from an archetype with every degree of freedom of its tets (modes.count = "
-                      "\"full\" in the body file)"}};
+                      "\"full\" in the body file)"},
+          {.path = table + ".deformable",
+           .type = kString,
+           .fallback = "\"modes\"",
+           .choices = {"modes", "full"},
+           .meaning = "full = every node of the tets is free instead of a few modes, linear "
+                      "elasticity; the archetype must keep its tets (keep = \"tets\" in the body "
+                      "file). Not with modes, [contact], [[joint]], [[force]]"}};
 }
 
 Keys rotation_keys(const std::string& table) {

@@ -63,11 +63,12 @@ struct BodySpec {
   std::optional<double> density;         // kg/m^3; absent: the archetype's
   std::optional<int> modes;              // absent: all that are stored
   bool every_motion = false;             // modes = "full": they must span every motion of the tets
-  SourceLocation modes_where;
+  bool every_node = false;               // deformable = "full": a body of nodes
+  SourceLocation modes_where, deformable_where;
 };
 
 struct ScatterSpec {
-  BodySpec body;  // archetype, velocity, density, modes of every instance
+  BodySpec body;  // archetype, velocity, density, modes, deformable of every instance
   int count = 0;
   BoxSpec box;  // of the centres of mass
   bool random_rotation = true;

@@ -100,6 +100,11 @@ VecX GeneralisedMass::modal_product(const VecX& q_dot) const {
   return M_hat * q_dot;
 }
 
+VecX GeneralisedMass::modal_solve(const VecX& f) const {
+  if (nodal) return nodal->solve(f);
+  return M_hat_factor.solve(f);
+}
+
 VecX GeneralisedMass::apply(const VecX& y) const {
   VecX f(size());
   f << mass * y.head<3>(), inertia * y.segment<3>(3), modal_product(y.tail(size() - 6));

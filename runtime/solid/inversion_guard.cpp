@@ -6,8 +6,11 @@
 namespace archetide {
 namespace {
 
-/// The energy of a nonlinear body resists being turned inside out by itself.
-bool bounded(const ReducedBody& body) { return body.r > 0 && !body.archetype->nonlinear(); }
+/// The energy of a nonlinear body resists being turned inside out by itself. Bodies of nodes are
+/// not bounded: the limit is one of modes.
+bool bounded(const ReducedBody& body) {
+  return body.r > 0 && !body.nodes && !body.archetype->nonlinear();
+}
 
 }  // namespace
 

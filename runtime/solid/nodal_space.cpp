@@ -36,8 +36,26 @@ NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
   for (int k = 0; k < 6; ++k) rigid_momentum_.col(k) = product(1.0, 0.0, rigid_.col(k));
   rigid_momentum_ = (rigid_momentum_ * (rigid_.transpose() * rigid_momentum_).inverse()).eval();
   rest_moments_ = product(1.0, 0.0, rest_);
+  mode_moments_.resize(rest_.size(), a.r());
+  for (int k = 0; k < a.r(); ++k) mode_moments_.col(k) = product(1.0, 0.0, a.node_modes.col(k));
+  if (a.r() > 0) mode_moments_ = (mode_moments_ * a.M_r.inverse()).eval();
   if (a.r() == 0 || a.swelling.volume.size() > 0)
     swelling_ = std::make_unique<SurfaceSwelling>(a.surface);
+}
+
+MatX NodalSpace::seen_velocity(const MatX& y) const {
+  MatX seen(seen_dofs(), y.cols());
+  seen.topRows<6>() = y.topRows<6>();
+  seen.bottomRows(mode_moments_.cols()).noalias() =
+      mode_moments_.transpose() * y.bottomRows(size());
+  return seen;
+}
+
+MatX NodalSpace::from_seen_force(const MatX& f) const {
+  MatX all(6 + size(), f.cols());
+  all.topRows<6>() = f.topRows<6>();
+  all.bottomRows(size()).noalias() = mode_moments_ * f.bottomRows(mode_moments_.cols());
+  return all;
 }
 
 VecX NodalSpace::at_surface(const VecX& u) const {
@@ -84,27 +102,47 @@ void NodalSpace::take_rigid_force(MatX& f) const {
   f -= rigid_momentum_ * (rigid_.transpose() * f).eval();
 }
 
-std::shared_ptr<const BlockCholesky> NodalSpace::factor(double ratio) const {
-  const std::lock_guard guard(lock_);
+NodalSpace::Kept& NodalSpace::kept(double ratio) const {
   const auto found = std::find_if(factors_.begin(), factors_.end(),
-                                  [&](const auto& kept) { return kept.first == ratio; });
+                                  [&](const Kept& one) { return one.ratio == ratio; });
   if (found != factors_.end()) {
-    std::rotate(found, found + 1, factors_.end());  // the one that was used last stands last
-    return factors_.back().second;
+    std::rotate(found, found + 1, factors_.end());
+    return factors_.back();
   }
   if (factors_.size() == kKeptFactors) factors_.erase(factors_.begin());
-  factors_.emplace_back(
-      ratio, std::make_shared<const BlockCholesky>(pattern_, archetype_->matrices, ratio));
-  return factors_.back().second;
+  factors_.push_back(
+      {ratio, std::make_shared<const BlockCholesky>(pattern_, archetype_->matrices, ratio), {}});
+  return factors_.back();
+}
+
+std::shared_ptr<const BlockCholesky> NodalSpace::factor(double ratio) const {
+  const std::lock_guard guard(lock_);
+  return kept(ratio).factor;
+}
+
+std::shared_ptr<const MatX> NodalSpace::answers_of_modes(double ratio) const {
+  const std::lock_guard guard(lock_);
+  Kept& at = kept(ratio);
+  if (!at.of_modes) {
+    MatX u = mode_moments_;
+    take_rigid_force(u);
+    at.factor->solve(u);
+    take_rigid_motion(u);
+    at.of_modes = std::make_shared<const MatX>(std::move(u));
+  }
+  return at.of_modes;
 }
 
 std::size_t NodalSpace::bytes() const {
   const TetMatrices& m = archetype_->matrices;
   std::size_t sum = m.column.size() * (sizeof(int) + sizeof(double) + sizeof(Mat3));
   const std::lock_guard guard(lock_);
-  for (const auto& [ratio, factor] : factors_) sum += factor->bytes();
+  for (const Kept& at : factors_) {
+    sum += at.factor->bytes();
+    if (at.of_modes) sum += sizeof(double) * static_cast<std::size_t>(at.of_modes->size());
+  }
   return sum + sizeof(double) * static_cast<std::size_t>(rigid_.size() + rigid_momentum_.size() +
-                                                         2 * rest_.size());
+                                                         mode_moments_.size() + 2 * rest_.size());
 }
 
 NodalMass::NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b)
@@ -124,15 +162,69 @@ VecX NodalMass::product(const VecX& u) const {
   return f;
 }
 
-// u of a M + b K alone; each addition takes W G U^T u of what was there before.
+// From u of a M + b K alone: each addition takes W G U^T u of what was there before.
+void NodalMass::take_additions(MatX& u) const {
+  for (const Addition& added : additions_)
+    u -= added.W * (added.G * (added.U.transpose() * u)).eval();
+}
+
 MatX NodalMass::solve(MatX f) const {
   space_->take_rigid_force(f);
   factor_->solve(f);
   f /= a_;
   space_->take_rigid_motion(f);
-  for (const Addition& added : additions_)
-    f -= added.W * (added.G * (added.U.transpose() * f)).eval();
+  take_additions(f);
   return f;
+}
+
+void NodalMass::solve(const std::vector<const NodalMass*>& masses, std::vector<MatX>& f) {
+  std::vector<char> done(masses.size(), 0);
+  for (std::size_t first = 0; first < masses.size(); ++first) {
+    if (done[first]) continue;
+    const NodalMass& mass = *masses[first];
+    std::vector<std::size_t> alike;
+    Eigen::Index columns = 0;
+    for (std::size_t b = first; b < masses.size(); ++b)
+      if (masses[b]->factor_ == mass.factor_)
+        alike.push_back(b), done[b] = 1, columns += f[b].cols();
+    MatX all(mass.size(), columns);
+    Eigen::Index at = 0;
+    for (const std::size_t b : alike) {
+      all.middleCols(at, f[b].cols()) = f[b];
+      at += f[b].cols();
+    }
+    mass.space_->take_rigid_force(all);
+    mass.factor_->solve(all);
+    mass.space_->take_rigid_motion(all);
+    at = 0;
+    for (const std::size_t b : alike) {
+      f[b] = all.middleCols(at, f[b].cols()) / masses[b]->a_;
+      masses[b]->take_additions(f[b]);
+      at += f[b].cols();
+    }
+  }
+}
+
+MatX NodalMass::answers_of_modes() const {
+  MatX u = *space_->answers_of_modes(b_ / a_) / a_;
+  take_additions(u);
+  return u;
+}
+
+int seen_dofs(const ReducedBody& body) {
+  return body.nodes ? body.nodes->seen_dofs() : body.dofs();
+}
+
+VecX seen_velocity(const ReducedBody& body, const VecX& y) {
+  return body.nodes ? VecX(body.nodes->seen_velocity(y)) : y;
+}
+
+VecX from_seen_force(const ReducedBody& body, const VecX& f) {
+  return body.nodes ? VecX(body.nodes->from_seen_force(f)) : f;
+}
+
+VecX seen_amplitudes(const ReducedBody& body) {
+  return body.nodes ? body.nodes->amplitudes(body.q) : body.q;
 }
 
 void free_nodes(std::shared_ptr<const NodalSpace> nodes, ReducedBody& body) {

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <mutex>
-#include <utility>
 #include <vector>
 
 #include "common/archetype/archetype.h"
@@ -25,6 +24,16 @@ class NodalSpace {
   int first_dof(int vertex) const {  // of the node at a vertex of the surface
     return 3 * archetype_->surface_to_node[static_cast<std::size_t>(vertex)];
   }
+  /// What the water, tables and error tests see of the nodes: the amplitudes q of the archetype's r
+  /// stored modes, u = modes() q + rest with the rest M-orthogonal to them. Generalised velocities
+  /// (6 + 3 n) as (v, w, q_dot), 6 + r, columns side by side; and the transpose, for forces.
+  const MatX& modes() const { return archetype_->node_modes; }  // 3 n x r
+  int seen_dofs() const { return 6 + static_cast<int>(mode_moments_.cols()); }
+  VecX amplitudes(const VecX& u) const { return mode_moments_.transpose() * u; }  // r
+  MatX seen_velocity(const MatX& y) const;
+  MatX from_seen_force(const MatX& f) const;
+  const MatX& mode_moments() const { return mode_moments_; }  // M modes M_r^-1, 3 n x r
+
   VecX at_surface(const VecX& u) const;                                // 3 ns
   VecX from_surface(const VecX& f) const;                              // its transpose, 3 n
   const SurfaceSwelling* swelling() const { return swelling_.get(); }  // null: not corrected
@@ -40,6 +49,8 @@ class NodalSpace {
   /// both stages of one have the same.
   std::shared_ptr<const BlockCholesky> factor(double ratio) const;
   static constexpr std::size_t kKeptFactors = 3;
+  /// (M + ratio K)^-1 mode_moments() without rigid motion, 3 n x r; kept with the factor.
+  std::shared_ptr<const MatX> answers_of_modes(double ratio) const;
 
   /// Of the archetype's matrices, factors that are kept and their pattern.
   std::size_t bytes() const;
@@ -49,10 +60,17 @@ class NodalSpace {
   VecX rest_, rest_moments_;
   MatX rigid_;           // J_0, 3 n x 6
   MatX rigid_momentum_;  // M J_0 (J_0^T M J_0)^-1, 3 n x 6
+  MatX mode_moments_;
   std::unique_ptr<SurfaceSwelling> swelling_;
   std::shared_ptr<const FactorPattern> pattern_;
   mutable std::mutex lock_;
-  mutable std::vector<std::pair<double, std::shared_ptr<const BlockCholesky>>> factors_;
+  struct Kept {
+    double ratio;  // s^2
+    std::shared_ptr<const BlockCholesky> factor;
+    std::shared_ptr<const MatX> of_modes;  // null: not asked for yet
+  };
+  Kept& kept(double ratio) const;
+  mutable std::vector<Kept> factors_;  // the one that was used last stands last
 };
 
 /// Mhat of a body of nodes: a M + b K + sum U C U^T with few columns U, on displacements without
@@ -69,12 +87,19 @@ class NodalMass {
   VecX product(const VecX& u) const;
   /// Mhat^-1 f, columns side by side: displacements of the part of f that is no rigid force.
   MatX solve(MatX f) const;
+  /// The same of many bodies, f[b] through masses[b]: all that have one factor pass through it at
+  /// once.
+  static void solve(const std::vector<const NodalMass*>& masses, std::vector<MatX>& f);
+  /// Mhat^-1 of the space's mode_moments(), 3 n x r.
+  MatX answers_of_modes() const;
 
  private:
   struct Addition {
     MatX U, C;
     MatX W, G;  // W = Mhat^-1 U of what was there before, G = C (1 + U^T W C)^-1
   };
+  void take_additions(MatX& u) const;
+
   std::shared_ptr<const NodalSpace> space_;
   double a_, b_;
   std::shared_ptr<const BlockCholesky> factor_;

@@ -60,6 +60,15 @@ inline double body_mass(const ReducedBody& body) {
   return body.mass_scale * body.archetype->integrals.mass;
 }
 
+/// What tables, and the water that a body carries, see of its velocity y (6 + r): y itself; of a
+/// body of nodes (v, w, rates of the archetype's stored modes), NodalSpace::seen_velocity. And the
+/// transpose, for generalised forces.
+int seen_dofs(const ReducedBody& body);
+VecX seen_velocity(const ReducedBody& body, const VecX& y);
+VecX from_seen_force(const ReducedBody& body, const VecX& f);
+/// q; of a body of nodes the amplitudes of the stored modes.
+VecX seen_amplitudes(const ReducedBody& body);
+
 /// Where the body is now.
 Configuration current_configuration(const ReducedBody& body);
 
@@ -125,6 +134,7 @@ struct GeneralisedMass {
 
   int size() const;
   VecX modal_product(const VecX& q_dot) const;  // Mhat q_dot, r
+  VecX modal_solve(const VecX& f) const;        // Mhat^-1 f, r
   VecX apply(const VecX& y) const;              // H y, generalised momentum
   VecX solve(const VecX& f) const;              // H^-1 f
   MatX dense() const;                           // H; only with modes
@@ -208,6 +218,8 @@ Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi);
 
 /// The modes at surface vertex v, body frame, 3 x r.
 MatX modes_at_vertex(const ReducedBody& body, int v);
+/// S q of the vertices of the surface, 3 ns, body frame, m (or of q_dot, m/s).
+VecX surface_displacements(const ReducedBody& body, const VecX& q);
 /// deformed_places of the vertices of the surface.
 void surface_places(const ReducedBody& body, const Vec3& origin, std::vector<Vec3>& places);
 

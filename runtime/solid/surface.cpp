@@ -30,6 +30,13 @@ MatX modes_at_vertex(const ReducedBody& body, int v) {
   return phi;
 }
 
+VecX surface_displacements(const ReducedBody& body, const VecX& q) {
+  const Archetype& a = *body.archetype;
+  if (body.nodes) return body.nodes->at_surface(q);
+  if (body.r == 0) return VecX::Zero(3 * static_cast<long>(a.surface.vertices.size()));
+  return a.surface_modes.leftCols(body.r) * q;
+}
+
 // Eq. 1, with the shape correction: x = t + R (s (x0 + S q) + d).
 void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
                      const Vec3& origin, std::vector<Vec3>& places) {

@@ -2,62 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
-#include <set>
 
-#include "runtime/solid/nodal_space.h"
 #include "tests/support/dry_body.h"
-#include "tests/support/small_fem.h"
-#include "tests/support/synthetic_archetype.h"
+#include "tests/support/full_blob.h"
 
 namespace archetide {
 namespace {
-
-/// The blocks of two dense matrices that nodes of one tet share, in the given order of elimination.
-TetMatrices sparse(const TetMesh& mesh, const SmallFem& fem, std::vector<int> order) {
-  TetMatrices m;
-  m.order = std::move(order);
-  std::vector<std::set<int>> neighbours(mesh.nodes.size());
-  for (const auto& tet : mesh.tets)
-    for (const int p : tet)
-      for (const int q : tet)
-        if (q <= p) neighbours[p].insert(q);
-  for (int p = 0; p < static_cast<int>(mesh.nodes.size()); ++p) {
-    for (const int q : neighbours[p]) {
-      m.column.push_back(q);
-      m.mass.push_back(fem.scalar_mass(p, q));
-      m.stiffness.push_back(fem.K.block<3, 3>(3L * p, 3L * q));
-    }
-    m.row_ends.push_back(static_cast<int>(m.column.size()));
-  }
-  return m;
-}
-
-std::vector<int> shuffled(std::size_t n) {
-  std::vector<int> order(n);
-  std::iota(order.begin(), order.end(), 0);
-  unsigned state = 7;
-  for (std::size_t k = n; k > 1; --k) {
-    state = 1664525u * state + 1013904223u;
-    std::swap(order[k - 1], order[(state >> 8) % k]);
-  }
-  return order;
-}
-
-/// A soft blob with all its modes, and the matrices of its 27 nodes.
-struct Blob {
-  TetMesh tets = blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(2, 2, 2));
-  SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
-  std::shared_ptr<Archetype> archetype;
-  std::shared_ptr<const NodalSpace> nodes;
-
-  Blob() {
-    const ElasticModes modes = elastic_modes(fem);
-    archetype = deformable_archetype(tets, 400.0, modes.shapes, modes.omega).archetype;
-    archetype->alpha = 0.1, archetype->beta = 1e-3;
-    archetype->matrices = sparse(tets, fem, shuffled(tets.nodes.size()));
-    nodes = std::make_shared<const NodalSpace>(archetype);
-  }
-};
 
 /// Spins and vibrates; the same motion with nodes as with modes.
 void set_moving(ReducedBody& body, const MatX& modes) {
@@ -74,11 +24,10 @@ void set_moving(ReducedBody& body, const MatX& modes) {
 struct Twins {
   ReducedBody with_modes, with_nodes;
 };
-Twins twins(const Blob& blob) {
+Twins twins(const FullBlob& blob) {
   const int r = blob.archetype->r();
-  Twins t{make_body(blob.archetype, r), make_body(blob.archetype, 0)};
+  Twins t{body_of_modes(blob), body_of_nodes(blob)};
   t.with_modes.mass_scale = t.with_nodes.mass_scale = 1.5;
-  free_nodes(blob.nodes, t.with_nodes);
   set_moving(t.with_modes, MatX::Identity(r, r));
   set_moving(t.with_nodes, blob.archetype->node_modes);
   return t;
@@ -94,7 +43,7 @@ double largest_distance(const ReducedBody& a, const ReducedBody& b) {
 }
 
 TEST(BlockCholesky, SolvesWithMassAndStiffnessInAnyOrderOfElimination) {
-  const Blob blob;
+  const FullBlob blob;
   const double ratio = 3e-3;
   const MatX A = blob.fem.mass() + ratio * blob.fem.K;
   std::srand(1);
@@ -110,7 +59,7 @@ TEST(BlockCholesky, MergedSupernodesHoldAllOfALargerFactor) {
   const SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
   std::vector<int> order(tets.nodes.size());
   std::iota(order.begin(), order.end(), 0);
-  const TetMatrices m = sparse(tets, fem, order);
+  const TetMatrices m = sparse_matrices(tets, fem, order);
   const auto pattern = std::make_shared<const FactorPattern>(m);
   EXPECT_LT(pattern->supernodes().size(), tets.nodes.size() / 4);
   const MatX A = fem.mass() + 1e-3 * fem.K;
@@ -120,7 +69,7 @@ TEST(BlockCholesky, MergedSupernodesHoldAllOfALargerFactor) {
 }
 
 TEST(SurfaceSwelling, IsThatOfTheModesForAnyDisplacement) {
-  const Blob blob;
+  const FullBlob blob;
   const SurfaceSwelling swelling(blob.archetype->surface);
   std::srand(2);
   const VecX q = VecX::Random(blob.archetype->r());
@@ -137,7 +86,7 @@ TEST(SurfaceSwelling, IsThatOfTheModesForAnyDisplacement) {
 }
 
 TEST(FullBody, ConfigurationIsThatOfAllModes) {
-  const Twins t = twins(Blob());
+  const Twins t = twins(FullBlob());
   const auto terms = [](const ReducedBody& body) {
     return configuration_terms(body, current_configuration(body), ModalMass::kExact);
   };
@@ -158,7 +107,7 @@ TEST(FullBody, ConfigurationIsThatOfAllModes) {
 TEST(FullBody, MovesAsWithAllModesFor200Steps) {
   for (const ModalStep rule : {ModalStep::kTrapezoid, ModalStep::kBackwardEuler})
     for (const ModalMass mass : {ModalMass::kExact, ModalMass::kPaper}) {
-      Twins t = twins(Blob());
+      Twins t = twins(FullBlob());
       dry_steps(t.with_modes, 200, 0.01, {rule, mass});
       dry_steps(t.with_nodes, 200, 0.01, {rule, mass});
       EXPECT_LT(largest_distance(t.with_modes, t.with_nodes), 1e-10);
@@ -170,7 +119,7 @@ TEST(FullBody, MovesAsWithAllModesFor200Steps) {
 }
 
 TEST(FullBody, KeepsItsMomentaAndNoRigidMotionInItsNodes) {
-  Twins t = twins(Blob());
+  Twins t = twins(FullBlob());
   ReducedBody& body = t.with_nodes;
   const Vec3 P = body.P, L = body.L;
   dry_steps(body, 200, 0.01, {});
@@ -182,7 +131,7 @@ TEST(FullBody, KeepsItsMomentaAndNoRigidMotionInItsNodes) {
 }
 
 TEST(FullBody, FactorsOfAFewStepLengthsAreKept) {
-  const Blob blob;
+  const FullBlob blob;
   const auto first = blob.nodes->factor(1e-4);
   EXPECT_EQ(blob.nodes->factor(1e-4), first);
   for (std::size_t k = 1; k <= NodalSpace::kKeptFactors; ++k)
