@@ -177,7 +177,7 @@ TEST_P(FullBodySteps, EqualThoseOfAllModes) {
   std::printf("measured: %.1e m apart, %d contacts\n", apart, contacts);
   EXPECT_LT(apart, 1e-8);
   EXPECT_GT((modal.bodies()[0].position - Vec3(0.5, 0.5, c.height)).norm(), 0.01);
-  if (c.ratio > 1.0) EXPECT_GT(contacts, 0);
+  EXPECT_TRUE(c.ratio <= 1.0 || contacts > 0);
 }
 
 // Measured: 1e-14 to 1e-10 m. Where a surface moves, the steps do not depend continuously on what they

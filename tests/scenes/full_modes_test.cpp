@@ -43,24 +43,28 @@ class FullModes : public testing::Test {
   }
   std::string err() const { return read_whole_file(folder_ + "err"); }
 
-  int build(const std::string& name, const std::string& count, int order) const {
+  int build(const std::string& name, const std::string& count, int order,
+            const std::string& more = "") const {
     std::ofstream(folder_ + name + ".body.toml")
         << "schema = 1\nmesh = \"bar.mesh\"\ntet = { order = " << order
         << " }\nmaterial = { density = 900.0, young = 2e4, poisson = 0.3 }\nmodes = { count = "
-        << count << " }\n";
+        << count << " }\n"
+        << more;
     return run(ARCHETIDE_PRECOMPUTE_BIN " build " + folder_ + name + ".body.toml -o " + folder_ +
                name + ".h5");
   }
-  int simulate(const std::string& archetype, const std::string& modes) const {
+  int simulate(const std::string& archetype, const std::string& modes,
+               const std::string& options = "") const {
     std::ofstream(folder_ + "s.scene.toml")
         << "schema = 1\ntime = { end = 0.25, fps = 12 }\n[fluid]\ngrid = [12, 12, 12]\n"
            "cell = \"1/12\"\nwater = { level = 0.5 }\nwalls = { zmax = \"open\" }\n[[body]]\n"
            "archetype = \""
-        << archetype << "\"\nposition = [0.5, 0.5, 0.6]\nvelocity = [0, 0, -1]\nmodes = " << modes
-        << "\n";
-    fs::remove_all(folder_ + "out");
+        << archetype << "\"\nposition = [0.5, 0.5, 0.6]\nvelocity = [0, 0, -1]\n"
+        << (modes == "nodes" ? "deformable = \"full\"" : "modes = " + modes) << "\n"
+        << "[output]\nframes = [\"bodies.vtp\"]\ncheckpoint = { every_frames = 1, keep = 3 }\n";
+    if (options.empty()) fs::remove_all(folder_ + "out");
     return run(ARCHETIDE_SIM_BIN " run " + folder_ + "s.scene.toml --archetypes " + folder_ +
-               " -t 1 -o " + folder_ + "out");
+               " -t 1 -o " + folder_ + "out" + options);
   }
   Vec3 last_position() const {
     const CsvTable table = read_csv(folder_ + "out/bodies.csv");
@@ -89,6 +93,26 @@ TEST_F(FullModes, RunFromAMeshOfTetsWithLinearAndQuadraticElements) {
     ASSERT_EQ(simulate("bar", "0"), 0) << err();
     EXPECT_GT((last_position() - full).norm(), 1e-5);  // it is soft
   }
+}
+
+// deformable = "full": the nodes themselves, from an archetype with few modes; stopped and resumed.
+TEST_F(FullModes, NodesMoveAsTheyDo) {
+  ASSERT_EQ(build("bar", "\"full\"", 1, "keep = \"tets\"\n"), 0) << err();
+  ASSERT_EQ(simulate("bar", "\"full\""), 0) << err();
+  const Vec3 modes = last_position();
+  ASSERT_EQ(simulate("bar", "nodes"), 0) << err();
+  EXPECT_LT((last_position() - modes).norm(), 1e-8);  // measured below 1e-12 m, printed to 9 digits
+  const std::string table = read_whole_file(folder_ + "out/bodies.csv"),
+                    frame = read_whole_file(folder_ + "out/frames/bodies.000003.vtp");
+  ASSERT_EQ(simulate("bar", "nodes", " --resume 1"), 0) << err();
+  EXPECT_EQ(read_whole_file(folder_ + "out/bodies.csv"), table);
+  EXPECT_EQ(read_whole_file(folder_ + "out/frames/bodies.000003.vtp"), frame);
+
+  // what the water carried by a body follows, its stored modes, is a small part
+  ASSERT_EQ(build("bar", "10", 1, "keep = \"tets\"\n"), 0) << err();
+  ASSERT_EQ(simulate("bar", "nodes"), 0) << err();
+  EXPECT_LT((last_position() - modes).norm(), 0.1 / 12);  // a tenth of a cell
+  std::printf("measured: %.1e m\n", (last_position() - modes).norm());
 }
 
 TEST_F(FullModes, AreRefusedFromAnArchetypeThatLeavesSomeOut) {

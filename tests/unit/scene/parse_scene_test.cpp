@@ -65,6 +65,7 @@ velocity = [0, 0, -1]
 angular_velocity = [1, 2, 3]
 density = 300
 modes = 7
+deformable = "modes"
 [[scatter]]
 archetype = "../special/star.h5"
 count = 3
@@ -77,6 +78,7 @@ velocity = [1, 0, 0]
 angular_velocity = [0, 1, 0]
 density = 200
 modes = "all"
+deformable = "full"
 [[static]]
 mesh = "../meshes/rocks.obj"
 scale = 2.0
@@ -199,6 +201,7 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(body.angular_velocity, Vec3(1, 2, 3));
   EXPECT_EQ(body.density, 300.0);
   EXPECT_EQ(body.modes, 7);
+  EXPECT_FALSE(body.every_node);
 
   const ScatterSpec& scatter = s.scatters.at(0);
   EXPECT_EQ(scatter.body.archetype, "special/star.h5");  // a path, relative to the scene file
@@ -207,6 +210,7 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(scatter.seed, 7u);
   EXPECT_EQ(scatter.gap, 0.01);
   EXPECT_EQ(scatter.body.modes, std::nullopt);
+  EXPECT_TRUE(scatter.body.every_node);
   EXPECT_EQ(scatter.waves, 2);
   EXPECT_EQ(scatter.wave_interval, 0.4);
   EXPECT_FALSE(s.body_contact);  // contact.bodies = false

@@ -50,6 +50,40 @@ TEST_F(BuildScene, MomentaFollowFromVelocitiesAndDensity) {
   EXPECT_EQ(built.body_names.at(0), "tetra");
 }
 
+TEST_F(BuildScene, BodiesOfNodesNeedAnArchetypeThatKeepsItsTets) {
+  const std::string body =
+      "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\n";
+  const std::string message = message_of<InputError>([&] { build(body); });
+  expect_contains(message, "s.scene.toml:6");
+  expect_contains(message, "archetype tetra does not keep");
+  expect_contains(message, "set keep = \"tets\" in its body file and build it again");
+}
+
+TEST_F(BuildScene, BodiesOfNodesHaveNoNumberOfModes) {
+  const std::string message = message_of<InputError>([&] {
+    build(
+        "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\nmodes = "
+        "2\n");
+  });
+  expect_contains(message, "s.scene.toml:7");
+  expect_contains(message, "remove modes, or remove deformable");
+}
+
+TEST_F(BuildScene, BodiesOfNodesAreRefusedByNameBesideWhatTheyCannotDo) {
+  const std::string pair =
+      "[[body]]\nname = \"a\"\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\n"
+      "[[body]]\nname = \"b\"\narchetype = \"tetra\"\nposition = [3, 0, 0]\nmodes = 0\n";
+  const auto refusal = [&](const std::string& more) {
+    return message_of<InputError>([&] { build(pair + more); });
+  };
+  const std::string are = "bodies with deformable = \"full\" are not possible with ";
+  expect_contains(refusal("[contact]\nfriction = 0.1\n"), are + "[contact]");
+  expect_contains(refusal("[[joint]]\nbodies = [\"a\", \"b\"]\npoints = [[1, 0, 0]]\n"),
+                  are + "[[joint]]");
+  expect_contains(refusal("[[force]]\nbody = \"b\"\npoints = \"few\"\namplitude = 1\nperiod = 1\n"),
+                  are + "[[force]]");
+}
+
 TEST_F(BuildScene, BodiesWhoseModesAreClampedAreRefused) {
   Archetype a = tetrahedron_archetype("held");
   a.point_sets = {{"base", {0}}};
