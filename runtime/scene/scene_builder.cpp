@@ -71,7 +71,8 @@ void demand_nodes_alone(const BodySpec& spec, const SceneSpec& scene) {
   if (what.empty()) return;
   throw InputError(
       {{spec.deformable_where, "bodies with deformable = \"full\" are not possible with " + what,
-        "remove " + what + ", or give the body modes instead of deformable = \"full\""}});
+        (scene.body_contact ? "set contact.bodies = false" : "remove " + what) +
+            ", or give the body modes instead"}});
 }
 
 // A rigid body needs no tets.
