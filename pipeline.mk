@@ -47,7 +47,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard figure11 measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -187,7 +187,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard figure11 measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -252,6 +252,13 @@ scorecard: deps
 	  $(patsubst %,'$(OUT)/bench/%',geometry scheme cfl modes tolerance particles contact joints) \
 	  -o '$(OUT)/scorecard.html' || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
+
+# Fig. 11 of the paper: 50 rings with 10 modes and with every node, 5k and 60k tets, in four curves: OUT/figure11. Hours;
+# QUICK=1: 4 rings on a coarse grid, minutes.
+figure11: deps
+	$(call archetide_compile,archetide-precompute archetide-sim bench_figure11)
+	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh '$(ARCHETIDE_ROOT)tests/bench/figure11/run_figure11.sh' \
+	  '$(ARCHETIDE_ROOT)tests/bench/figure11' '$(BUILD)/bin' '$(OUT)/figure11$(if $(QUICK),_quick)'
 
 # Everything measured, as docs/measurements.md: the scorecard with its sweeps, the hard cases, and the programs of
 # tests/bench/benches.txt. QUICK=1: what takes seconds; SLOW=1: what takes hours as well. What is there, of the same
@@ -344,6 +351,7 @@ help:
 	@echo '  bodies       all archetypes                       check        install, build, run every fast test'
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
+	@echo '  figure11     Fig. 11 of the paper: rings with modes and with every node, hours; QUICK=1: minutes'
 	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
 	@echo '  measurements everything measured, as docs/measurements.md; QUICK=1: what takes seconds, SLOW=1: what takes hours too'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'

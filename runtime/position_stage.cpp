@@ -5,6 +5,7 @@
 
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
+#include "runtime/numerics/parallel.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -27,7 +28,7 @@ bool may_reach_wall(const SimulationState& s, std::size_t b, double dt) {
 void guess_half_way(SimulationState& s, double dt) {
   const ModalOptions& modal = s.options.modal;
   s.half_way = s.bodies;
-  for (ReducedBody& body : s.half_way) {
+  const auto guess = [&](ReducedBody& body) {
     FreeMotion motion;
     motion.terms = configuration_terms(body, current_configuration(body), modal.mass);
     motion.H = generalised_mass(body, motion.terms, dt, Stage::kPositionHalf, modal.step);
@@ -36,7 +37,14 @@ void guess_half_way(SimulationState& s, double dt) {
       y.tail(body.r) = motion.H.modal_solve(modal_momentum(body, motion.terms, body.q_dot));
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
-  }
+  };
+  std::vector<ReducedBody*> of_nodes;  // on all threads; the guard leaves them alone
+  for (ReducedBody& body : s.half_way)
+    if (body.nodes)
+      of_nodes.push_back(&body);
+    else
+      guess(body);
+  for_each_large(of_nodes.size(), [&](std::size_t n) { guess(*of_nodes[n]); });
 }
 
 // The bodies as they enter the solve, with the drive of their actuators in the middle of the step.

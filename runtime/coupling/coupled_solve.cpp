@@ -200,9 +200,10 @@ class PressureGradient {
   std::vector<std::vector<NarrowFace>>& narrow;  // of each plane
 };
 
-// Eqs. 39 and 40: y += H^-1 f, rows kept; `gained` is H^-1 f of each body alone.
-void add_motion(const ConstrainedInverse* rows, std::vector<VecX>& gained,
+// Eqs. 39 and 40: y += H^-1 f, rows kept.
+void add_motion(const ConstrainedInverse* rows, const std::vector<VecX>& f,
                 std::vector<CoupledBody>& bodies) {
+  std::vector<VecX> gained = answers(bodies, f);
   if (rows) rows->constrain(gained);
   for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b].y += gained[b];
 }
@@ -263,16 +264,16 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   if (!same_water) multigrid_.setup(operator_.water(), &operator_.closed());
   deflation_.setup(operator_, multigrid_, options.deflation, options.tolerance, options.warm_start);
 
-  std::vector<VecX> gained(bodies.size());
+  std::vector<VecX> given(bodies.size());
   // Bodies meet the mean surface pressure before the solve, so that only deviations are iterated
   // on.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
     body.impulse = mean_push(b, -dt * rho * s.surface_mean * g.dx * g.dx);
     body.y = body.y_star;
-    gained[b] = body.answer(body.impulse);
+    given[b] = body.impulse;
   }
-  add_motion(operator_.rows(), gained, bodies);
+  add_motion(operator_.rows(), given, bodies);
 
   // Right-hand side of Eq. 45: b = Fhat y - sum sign e u* + surface terms, on unknowns; p = 0
   // elsewhere.
@@ -318,12 +319,11 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   // Pressure to bodies, -Fhat^T p (Eqs. 39 and 40), and to the water.
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     CoupledBody& body = bodies[b];
-    const VecX f =
+    given[b] =
         -rho * g.dx * g.dx * g.dx * operator_.on_body(b, operator_.gather(b, pressure.data()));
-    body.impulse += f;
-    gained[b] = body.answer(f);
+    body.impulse += given[b];
   }
-  add_motion(operator_.rows(), gained, bodies);
+  add_motion(operator_.rows(), given, bodies);
   return report;
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "runtime/grid/state_fields.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 
@@ -109,7 +110,7 @@ void Coupling::add_water_of_nodes(std::size_t b, const MacField& u, NodalInverse
     carried_[b] = water_beside(b, inverse.block().inverse(), c);
     inverse.add_seen(carried_[b]);
     const VecX gained = carried_[b] * (carried_velocity_[b] - space.seen_velocity(c.y_star));
-    c.y_star += inverse.solve(space.from_seen_force(gained));
+    c.y_star += inverse.solve_seen(gained);
     return;
   }
   NodalVoxelCoupling v =
@@ -130,7 +131,7 @@ void Coupling::start_nodes(std::size_t b, const GeneralisedMass& H, const MacFie
       std::make_shared<const NodalBody>(wet() ? surfaces_[b].nodes : nullptr, std::move(inverse));
 }
 
-// What the solve knows of a body: y*, H^-1 and F; with the impulses that the stage begins with.
+// What the solve knows of a body: y*, H^-1 and F.
 void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
                           const Loads& loads, const MacField& u, CoupledBody& c, StageResult& out) {
   move_freely(stage, dt, in, loads.hydrostatic[b], out);
@@ -141,11 +142,21 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
     c.inverse_mass = out.motion.H.inverse();
     if (wet()) add_carried_water(b, out.motion.H.dense(), u, c);
   }
+}
+
+// The impulses that the stage begins with.
+void Coupling::add_first_impulses(const std::vector<StageBody>& bodies, const Loads& loads,
+                                  std::vector<CoupledBody>& coupled,
+                                  std::vector<StageResult>& results) {
   if (!loads.displaced.empty()) {
-    c.y_star += c.answer(loads.displaced[b]);
-    out.water_impulse += loads.displaced[b];
+    const std::vector<VecX> moved = answers(coupled, loads.displaced);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      coupled[b].y_star += moved[b];
+      results[b].water_impulse += loads.displaced[b];
+    }
   }
-  if (in.reaction.size() > 0) c.y_star += c.answer(in.reaction);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (bodies[b].reaction.size() > 0) coupled[b].y_star += coupled[b].answer(bodies[b].reaction);
 }
 
 std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
@@ -159,8 +170,20 @@ std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
     if (carried_velocity_[b].size() == 0)
       carried_velocity_[b] = VecX::Zero(seen_dofs(*bodies[b].body));
   std::vector<CoupledBody> coupled(bodies.size());
-  for (std::size_t b = 0; b < bodies.size(); ++b)
+  std::vector<std::size_t> of_nodes;  // on all threads: they take most of the time
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b].body->nodes) {
+      of_nodes.push_back(b);
+      if (wet()) inner_flow_of(*bodies[b].body->archetype);
+    } else {
+      start_body(stage, dt, b, bodies[b], loads, u, coupled[b], results[b]);
+    }
+  }
+  for_each_large(of_nodes.size(), [&](std::size_t n) {
+    const std::size_t b = of_nodes[n];
     start_body(stage, dt, b, bodies[b], loads, u, coupled[b], results[b]);
+  });
+  add_first_impulses(bodies, loads, coupled, results);
   return coupled;
 }
 

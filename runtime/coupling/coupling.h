@@ -166,6 +166,9 @@ class Coupling {
                    CoupledBody& coupled);
   void start_body(Stage stage, double dt, std::size_t b, const StageBody& in, const Loads& loads,
                   const MacField& u, CoupledBody& coupled, StageResult& out);
+  static void add_first_impulses(const std::vector<StageBody>& bodies, const Loads& loads,
+                                 std::vector<CoupledBody>& coupled,
+                                 std::vector<StageResult>& results);
   std::vector<CoupledBody> start_bodies(Stage stage, double dt,
                                         const std::vector<StageBody>& bodies, const Loads& loads,
                                         const MacField& u, std::vector<StageResult>& results);

@@ -19,6 +19,23 @@ double CoupledBody::pushed(std::size_t m, const VecX& at) const {
          flux.surface.pushed(m, at.tail(at.size() - column.size()));
 }
 
+std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f) {
+  std::vector<VecX> y(bodies.size());
+  std::vector<const NodalInverse*> inverses;
+  std::vector<MatX> nodal;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (bodies[b].nodes)
+      inverses.push_back(&bodies[b].nodes->inverse()), nodal.push_back(f[b]);
+    else
+      y[b] = bodies[b].inverse_mass * f[b];
+  if (nodal.empty()) return y;
+  NodalInverse::solve(inverses, nodal);
+  auto next = nodal.begin();
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (bodies[b].nodes) y[b] = *next++;
+  return y;
+}
+
 MatX CoupledOperator::Body::gather(const MatX& values) const {
   if (!nodes) return flux * values;
   MatX f = MatX::Zero(rows(), values.cols());

@@ -30,6 +30,9 @@ struct CoupledBody {
   VecX motion(const VecX& v) const { return nodes ? VecX(nodes->surface().to_solve(v)) : v; }
 };
 
+/// CoupledBody::answer of every body to f[b]; bodies of nodes of one kind share their passes.
+std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f);
+
 /// Eq. 45 with the constraint impulses lambda eliminated (docs/method.md, C14): an operator on the
 /// pressure alone, scaled like PoissonMatrix:
 ///     A = A_water + sum over bodies  rho dx^3 Fhat H^-1 Fhat^T,   Fhat = F / dx^2.

@@ -45,9 +45,19 @@ void NodalInverse::add(const MatX& U, const MatX& C) {
 }
 
 void NodalInverse::take(MatX X, const MatX& G) {
-  const MatX seen = space().seen_velocity(X), lost = seen * G * seen.transpose();
+  MatX seen = space().seen_velocity(X);
+  const MatX lost = seen * G * seen.transpose();
   block_ -= 0.5 * (lost + lost.transpose());
-  losses_.push_back(std::make_shared<const Loss>(Loss{std::move(X), G}));
+  losses_.push_back(std::make_shared<const Loss>(Loss{std::move(X), G, std::move(seen)}));
+}
+
+// The first loss is that of add_seen: its X are the answers to unit seen forces.
+MatX NodalInverse::solve_seen(const MatX& f) const {
+  ARCHETIDE_CHECK(!losses_.empty() && losses_[0]->X.cols() == f.rows());
+  MatX y = losses_[0]->X * f;
+  for (const auto& loss : losses_)
+    y.noalias() -= loss->X * (loss->G * (loss->seen.transpose() * f)).eval();
+  return y;
 }
 
 MatX NodalInverse::solve(const MatX& f) const {

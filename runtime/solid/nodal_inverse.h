@@ -28,12 +28,15 @@ class NodalInverse {
   void take(MatX X, const MatX& G);
 
   MatX solve(const MatX& f) const;
+  /// The same of seen forces, once the mass has gained what is seen; no pass over the factor.
+  MatX solve_seen(const MatX& f) const;
   /// The same of many bodies at once, f[b] through inverses[b], in place.
   static void solve(const std::vector<const NodalInverse*>& inverses, std::vector<MatX>& f);
 
  private:
   struct Loss {
     MatX X, G;
+    MatX seen;  // NodalSpace::seen_velocity of X
   };
   MatX seen_answers() const;
 
