@@ -206,6 +206,113 @@ class Front {
 
 }  // namespace
 
+namespace {
+
+// A few right-hand sides: the factor is read once for all of them, kTile of its columns and kStrip
+// of its rows at a time. (Products of matrices would first copy it: with 4 columns that took more
+// time than all else.)
+constexpr Eigen::Index kFew = 8, kTile = 4, kStrip = 128;
+
+// F: a column for each right-hand side of a panel's rows; those of its own columns are solved for,
+// and what they take of the rows below is added to them.
+void forward_few(const MatX& panel, Eigen::Index w, MatX& F) {
+  const Eigen::Index rows = panel.rows();
+  for (Eigen::Index j = 0; j < w; j += kTile) {
+    const Eigen::Index tile = std::min(kTile, w - j), below = j + tile;
+    for (Eigen::Index c = 0; c < F.cols(); ++c)
+      for (Eigen::Index i = j; i < below; ++i) {
+        const double y = F(i, c) /= panel(i, i);
+        for (Eigen::Index r = i + 1; r < below; ++r) F(r, c) -= panel(r, i) * y;
+      }
+    for (Eigen::Index first = below; first < rows; first += kStrip) {
+      const Eigen::Index last = std::min(first + kStrip, rows);
+      for (Eigen::Index c = 0; c < F.cols(); ++c) {
+        double* f = F.col(c).data();
+        if (tile == kTile) {
+          const double *l0 = panel.col(j).data(), *l1 = panel.col(j + 1).data(),
+                       *l2 = panel.col(j + 2).data(), *l3 = panel.col(j + 3).data();
+          const double y0 = f[j], y1 = f[j + 1], y2 = f[j + 2], y3 = f[j + 3];
+#pragma omp simd
+          for (Eigen::Index r = first; r < last; ++r)
+            f[r] -= l0[r] * y0 + l1[r] * y1 + l2[r] * y2 + l3[r] * y3;
+          continue;
+        }
+        for (Eigen::Index i = j; i < below; ++i) {
+          const double *l = panel.col(i).data(), y = f[i];
+#pragma omp simd
+          for (Eigen::Index r = first; r < last; ++r) f[r] -= l[r] * y;
+        }
+      }
+    }
+  }
+}
+
+// The transpose: the rows below are known.
+void backward_few(const MatX& panel, Eigen::Index w, MatX& F) {
+  const Eigen::Index rows = panel.rows();
+  for (Eigen::Index below = w; below > 0;) {
+    const Eigen::Index tile = below % kTile == 0 ? kTile : below % kTile, j = below - tile;
+    Eigen::Matrix<double, kTile, kFew> sums = Eigen::Matrix<double, kTile, kFew>::Zero();
+    for (Eigen::Index first = below; first < rows; first += kStrip) {
+      const Eigen::Index last = std::min(first + kStrip, rows);
+      for (Eigen::Index c = 0; c < F.cols(); ++c) {
+        const double* f = F.col(c).data();
+        if (tile == kTile) {
+          const double *l0 = panel.col(j).data(), *l1 = panel.col(j + 1).data(),
+                       *l2 = panel.col(j + 2).data(), *l3 = panel.col(j + 3).data();
+          double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+#pragma omp simd reduction(+ : s0, s1, s2, s3)
+          for (Eigen::Index r = first; r < last; ++r)
+            s0 += l0[r] * f[r], s1 += l1[r] * f[r], s2 += l2[r] * f[r], s3 += l3[r] * f[r];
+          sums.col(c) += Eigen::Vector4d(s0, s1, s2, s3);
+          continue;
+        }
+        for (Eigen::Index i = 0; i < tile; ++i) {
+          const double* l = panel.col(j + i).data();
+          double s = 0.0;
+#pragma omp simd reduction(+ : s)
+          for (Eigen::Index r = first; r < last; ++r) s += l[r] * f[r];
+          sums(i, c) += s;
+        }
+      }
+    }
+    for (Eigen::Index c = 0; c < F.cols(); ++c)
+      for (Eigen::Index i = below; i-- > j;) {
+        double y = F(i, c) - sums(i - j, c);
+        for (Eigen::Index r = i + 1; r < below; ++r) y -= panel(r, i) * F(r, c);
+        F(i, c) = y / panel(i, i);
+      }
+    below = j;
+  }
+}
+
+// Both, of a few right-hand sides x in the order of columns.
+void solve_few(const std::vector<Supernode>& supernodes, const std::vector<MatX>& panels, MatX& x) {
+  MatX front;                                            // rows of a supernode, its own first
+  for (std::size_t k = 0; k < supernodes.size(); ++k) {  // L y = b
+    const Supernode& s = supernodes[k];
+    const long w = 3L * s.width;
+    front.setZero(3L * s.rows(), x.cols());
+    front.topRows(w) = x.middleRows(3L * s.first, w);
+    forward_few(panels[k], w, front);
+    x.middleRows(3L * s.first, w) = front.topRows(w);
+    for (std::size_t r = 0; r < s.below.size(); ++r)
+      x.middleRows<3>(3L * s.below[r]) += front.middleRows<3>(w + 3L * static_cast<long>(r));
+  }
+  for (std::size_t k = supernodes.size(); k-- > 0;) {  // L^T x = y
+    const Supernode& s = supernodes[k];
+    const long w = 3L * s.width;
+    front.resize(3L * s.rows(), x.cols());
+    front.topRows(w) = x.middleRows(3L * s.first, w);
+    for (std::size_t r = 0; r < s.below.size(); ++r)
+      front.middleRows<3>(w + 3L * static_cast<long>(r)) = x.middleRows<3>(3L * s.below[r]);
+    backward_few(panels[k], w, front);
+    x.middleRows(3L * s.first, w) = front.topRows(w);
+  }
+}
+
+}  // namespace
+
 BlockCholesky::BlockCholesky(std::shared_ptr<const FactorPattern> pattern,
                              const TetMatrices& matrices, double ratio)
     : pattern_(std::move(pattern)) {
@@ -232,6 +339,11 @@ void BlockCholesky::solve_some(Eigen::Ref<MatX> b) const {
   MatX x(3L * n, b.cols());
   for (int c = 0; c < n; ++c) x.middleRows<3>(3L * c) = b.middleRows<3>(3L * pattern_->node(c));
   const std::vector<Supernode>& supernodes = pattern_->supernodes();
+  if (b.cols() <= kFew) {
+    solve_few(supernodes, panels_, x);
+    for (int c = 0; c < n; ++c) b.middleRows<3>(3L * pattern_->node(c)) = x.middleRows<3>(3L * c);
+    return;
+  }
   MatX rows;
   const auto each_row = [&](const Supernode& s, const auto& visit) {
     for (std::size_t r = 0; r < s.below.size(); ++r)
