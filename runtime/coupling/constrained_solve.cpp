@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/coupling/stage_constraints.h"
 #include "runtime/cut_cells/flux_columns.h"
@@ -49,6 +50,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                      std::vector<StageResult>& results) {
   const Stopwatch watch;
   const double h = stage_seconds(stage, dt);
+  for (const StageBody& in : bodies) ARCHETIDE_CHECK(!in.body->nodes);  // scenes refuse them
   std::vector<VecX> y_star(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) y_star[b] = coupled[b].y_star;
   std::vector<VecX> y_free = y_star;
