@@ -6,11 +6,19 @@
 namespace archetide {
 namespace {
 
-// Sums of m u, m u^2 and of m u times the position along the rows of the faces of one plane.
+// Sums of m u, m u^2 and of m u times the position along the rows of the faces of one plane; each
+// face in the lane of its place, so that the result does not depend on who adds it, and how.
 struct RowSum {
-  double flux = 0.0, twice = 0.0, moment = 0.0;  // moment: of i
-  void add(double mass, double u, int i) {
-    flux += mass * u, twice += mass * u * u, moment += mass * u * i;
+  static constexpr int kLanes = 8;
+  double flux[kLanes] = {}, twice[kLanes] = {}, moment[kLanes] = {};  // moment: of i
+  void add(int lane, double mass, double u, int i) {
+    const double p = mass * u;
+    flux[lane] += p, twice[lane] += p * u, moment[lane] += p * i;
+  }
+  void add(double mass, double u, int i) { add(i % kLanes, mass, u, i); }
+  static double whole(const double* lanes) {
+    return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) +
+           ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
   }
 };
 
@@ -116,20 +124,24 @@ class FaceRow {
 
   RowSum plain(const double* filled) const {
     const double* v = &u[axis](0, j, k);
-    double flux = 0.0, twice = 0.0, moment = 0.0;
-#pragma omp simd reduction(+ : flux, twice, moment)
-    for (int i = first(); i < last(); ++i) {
-      const double p = filled[i] * v[i];
-      flux += p, twice += p * v[i], moment += p * i;
-    }
-    return {flux, twice, moment};
+    RowSum sum;
+    int i = first();
+    for (; i < last() && i % RowSum::kLanes != 0; ++i) sum.add(filled[i], v[i], i);
+    for (; i + RowSum::kLanes <= last(); i += RowSum::kLanes)
+#pragma omp simd
+      for (int lane = 0; lane < RowSum::kLanes; ++lane)
+        sum.add(lane, filled[i + lane], v[i + lane], i + lane);
+    for (; i < last(); ++i) sum.add(filled[i], v[i], i);
+    return sum;
   }
 
   void add(const RowSum& row, Motion& sum) const {
-    sum.P[axis] += row.flux;
-    sum.kinetic += 0.5 * row.twice;
+    const double flux = RowSum::whole(row.flux);
+    sum.P[axis] += flux;
+    sum.kinetic += 0.5 * RowSum::whole(row.twice);
     // sum of x m u, by x = first face + dx i along x
-    const Vec3 arm = row.flux * g.face_centre(axis, 0, j, k) + g.dx * row.moment * Vec3::UnitX();
+    const Vec3 arm =
+        flux * g.face_centre(axis, 0, j, k) + g.dx * RowSum::whole(row.moment) * Vec3::UnitX();
     sum.L += arm.cross(Vec3::Unit(axis));
   }
 
