@@ -68,6 +68,7 @@ void BudgetKeeper::end_bodies(double dt, const Vec3& gravity,
   step_.contact = step_.contact - from_water_;
 }
 
+// Eqs. B3 and B4.
 void BudgetKeeper::end_step(double dt, const Vec3& gravity, const std::vector<ReducedBody>& bodies,
                             const End& end) {
   const Impulse water{dt * end.water_mass * gravity, dt * end.water_moment.cross(gravity)},

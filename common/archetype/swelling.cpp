@@ -9,7 +9,7 @@ MatX symmetric(const MatX& m) { return 0.5 * (m + m.transpose()); }
 
 // With D = y_a . (y_b x y_c) and s = y_a + y_b + y_c of each triangle, 6 V = sum D and 24 V c = sum
 // s D. Of y = x + u, D has the parts D_1 = sum over turns of u_a . (x_b x x_c) and D_2 = sum over
-// turns of u_b . (u_c x x_a).
+// turns of u_b . (u_c x x_a) (P7).
 Swelling second_order_swelling(const TriMesh& surface, const MatX& modes) {
   const long r = modes.cols(), rows = modes.rows();
   const std::vector<Vec3>& x = surface.vertices;

@@ -119,6 +119,7 @@ void iterate(Arpack& arpack, DeflatedInverse& inverse) {
 
 }  // namespace
 
+// Eq. P3.
 EigenResult lowest_eigenpairs(ShiftedCholesky& factor, const SparseMatrix& mass,
                               const MatX& deflated, const EigenOptions& options) {
   ARCHETIDE_CHECK_OP(options.count, >=, 1);

@@ -93,6 +93,7 @@ using NodePairs = Eigen::Matrix<double, N, N>;
 template <int N>
 using PairBlocks = std::array<Mat3, N * N>;
 
+// Eq. P1.
 template <int N>
 void element_stiffness(const Eigen::Matrix<double, 3, N>& x, const ShapeTable<N>& table,
                        const Lame& m, PairBlocks<N>& blocks) {
@@ -218,6 +219,7 @@ SparseMatrix stiffness_matrix(const TetMesh& mesh, const MaterialField& material
                            : assemble_stiffness<10>(mesh, material);
 }
 
+// Eq. P2.
 SparseMatrix mass_matrix(const TetMesh& mesh, const MaterialField& material, MassKind kind) {
   if (kind == MassKind::kLumped) return lumped_mass(mesh, material);
   return mesh.order() == 1 ? assemble_mass<4>(mesh, material) : assemble_mass<10>(mesh, material);

@@ -124,6 +124,7 @@ VecX pressure_load(const TetMesh& mesh, const std::vector<BoundaryPoint>& points
   return f;
 }
 
+// Eq. P5.
 MatX static_responses(const TetMesh& mesh, const StaticLoads& loads, const SparseMatrix& K,
                       const SparseMatrix& mass, ShiftedCholesky& factor, const MatX& rigid,
                       const MatX& modes) {

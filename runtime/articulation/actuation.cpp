@@ -94,6 +94,7 @@ double Actuator::force_at(double t) const {
   return amplitude * std::sin(2.0 * std::numbers::pi * (t - start) / period + phase);
 }
 
+// Eq. S8.
 VecX modal_force(const Actuator& actuator, double t, const ReducedBody& body,
                  const Configuration& at, const ConfigurationTerms& terms) {
   const ActuationPattern& p = *actuator.pattern;

@@ -52,6 +52,7 @@ int widest_joint(const std::vector<Joint>& joints, const std::vector<ReducedBody
 
 }  // namespace
 
+// Eq. S11.
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,

@@ -15,6 +15,7 @@ Eigen::Matrix<double, 2, 3> tangents(const Vec3& n) {
 
 }  // namespace
 
+// Eq. K1.
 MatX contact_rows(const ReducedBody& body, const ConfigurationTerms& terms,
                   const std::vector<ContactPoint>& points) {
   MatX rows(points.size(), body.dofs());

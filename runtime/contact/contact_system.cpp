@@ -99,7 +99,7 @@ void ContactSystem::add_impulse(std::size_t k, const Vec3& impulse, std::vector<
 }
 
 // λ_n ← max(0, λ_n − (v_n − target) / D_nn), then λ_t ← λ_t − v_t / ρ cut to the cone. Returns the
-// change of speed at the contact.
+// change of speed at the contact (K3).
 double ContactSystem::sweep_contact(std::size_t k, double target, double friction, Vec3& lambda,
                                     std::vector<VecX>& y) const {
   const ContactRows& c = rows_[k];

@@ -47,6 +47,7 @@ void settle(const MatX& A, const VecX& b, std::vector<int>& P, VecX& lambda) {
 
 }  // namespace
 
+// Eq. K2.
 VecX nonnegative_least_squares(const MatX& A, const VecX& b) {
   constexpr double kReached = 1e-12;  // of the largest target speed
   const int m = static_cast<int>(b.size());

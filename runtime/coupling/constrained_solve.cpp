@@ -22,6 +22,7 @@ bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& re
 
 // How the bodies answer impulses once the water does, (H + M)^-1 with M their added mass in the
 // system that is about to be solved; and `y` with the push that the water had in its first guess.
+// Eq. C17a.
 std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
                                          const std::vector<CoupledBody>& coupled,
                                          std::vector<VecX>& y) const {

@@ -10,7 +10,7 @@ namespace archetide {
 namespace {
 
 // out = net inflow of the water through the open part of the faces of cells begin <= i < end of
-// row (j, k), m/s (per dx^2).
+// row (j, k), m/s (per dx^2) (C5).
 void inflow_row(const FaceField<double>& w, const MacField& u, int j, int k, int begin, int end,
                 double* out) {
   const double *wx = &w[0](0, j, k), *ux = &u[0](0, j, k);
@@ -46,7 +46,7 @@ struct FaceRow {
 };
 
 // Eqs. 24 and 36: v -= x_high - x_low between unknowns; marks valid faces. Returns whether a face
-// is left that lies between an unknown and something else.
+// is left that lies between an unknown and something else (C15).
 bool apply_between_unknowns(const FaceRow& row, int begin, int end, double* v,
                             unsigned char* valid) {
   int left = 0;

@@ -76,6 +76,7 @@ MatX Coupling::water_beside(std::size_t b, const MatX& H, CoupledBody& c) {
 
 // Eqs. 42 and 44: (H + M) y = H y* + momentum of the water M that moves with the body: the dual
 // cells W β⁻¹ Wᵀ of the paper, or what the open fractions leave beside the wall. F of the body.
+// Eq. C9.
 void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u, CoupledBody& c) {
   const Eigen::Index dofs = H.rows();
   const double density = options_.hydrostatics.density;

@@ -43,6 +43,7 @@ MatX carried_by_some(const Grid& g, std::span<const DualFace> faces, const Place
 
 }  // namespace
 
+// Eq. C6.
 void bound_slip(double volume, std::vector<DualFace>& faces) {
   constexpr double kMost = 0.1;
   Vec3 total = Vec3::Zero();
@@ -65,6 +66,7 @@ void share_dual_faces(const Array3<CellKind>& kind, const FaceField<double>& ope
   }
 }
 
+// Eq. C7.
 MatX carried_water(const Grid& g, const std::vector<DualFace>& faces, double density,
                    const PlacedInnerFlow& inner, BodyFlux& flux) {
   MatX mass = MatX::Zero(flux.flux.rows(), flux.flux.rows());

@@ -132,6 +132,7 @@ const CellMoments LineSweep::kNothing;
 
 }  // namespace
 
+// Eq. C3.
 std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
                                     SolidFractions& fractions) {
   constexpr std::size_t kWorthThreads = 16 * 16 * 16;  // smaller boxes do not pay for threads

@@ -435,6 +435,7 @@ class ComponentAdvection {
                                  : valid_mean(source, valid.data(), s, f[n]);
   }
 
+  // Eq. W2.
   double corrected(int i, int j, int k, std::size_t n, double back, double damped) const {
     double low, high;
     const int at[3] = {i, j, k};

@@ -25,6 +25,7 @@ constexpr int kRounds = 3, kPassesOfRound = 2;    // .. of near passes and a wid
 
 }  // namespace
 
+// Eq. V4.
 void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
                   Array3<double>& held, Array3<double>& residual) {
 #pragma omp parallel for schedule(dynamic)

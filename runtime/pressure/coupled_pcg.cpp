@@ -196,7 +196,7 @@ double CoupledPcg::cycle_with_closed(double scale) {
 }
 
 // The square of the error of the bodies' velocities, in the norm of the added mass, that r would
-// leave, but for what the cycle does not see.
+// leave, but for what the cycle does not see (C18).
 double CoupledPcg::body_error(double scale) const {
   double sum = 0.0;
   for (std::size_t b = 0; b < error_.size(); ++b) {

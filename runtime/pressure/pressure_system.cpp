@@ -57,6 +57,7 @@ constexpr double kFarthestPush = 1.0;
 
 }  // namespace
 
+// Eq. C10.
 double carried_pressure(const Grid& g, const FreeSurface& surface, const Vec3& gravity,
                         const Vec3& x) {
   if (!surface.carrier) return 0.0;
@@ -127,6 +128,7 @@ double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<d
   return std::max(crossing(g, phi, open, c, axis, sign).theta, kThetaMin);
 }
 
+// Eq. C12.
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                          const Hydrostatics& hydrostatics, const Vec3i& c, int axis, int sign) {
   const Crossing at = crossing(g, *surface.phi, open, c, axis, sign);
@@ -266,7 +268,7 @@ void assemble_at_surface(const Grid& g, const Vec3i& c, PressureSystem& s, Plane
 }
 
 // Eq. 23: diagonal and surface terms of row (j, k). `air`: nx times kDirichlet, what lies beyond
-// the tank; `beside`: nx numbers to work on.
+// the tank; `beside`: nx numbers to work on (C13).
 void assemble_row(const Grid& g, int j, int k, const CellKind* air, unsigned char* beside,
                   PressureSystem& s, PlaneSums& sums) {
   const PoissonMatrix& A = s.matrix;

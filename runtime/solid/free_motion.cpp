@@ -140,6 +140,7 @@ MatX GeneralisedMass::inverse() const {
   return m;
 }
 
+// Eq. S5.
 GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
                                  double dt, Stage stage, ModalStep step) {
   GeneralisedMass H;

@@ -37,7 +37,7 @@ VecX surface_displacements(const ReducedBody& body, const VecX& q) {
   return a.surface_modes.leftCols(body.r) * q;
 }
 
-// Eq. 1, with the shape correction: x = t + R (s (x0 + S q) + d).
+// Eq. 1, with the shape correction: x = t + R (s (x0 + S q) + d) (S2).
 void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, const MatX& modes,
                      const Vec3& origin, std::vector<Vec3>& places) {
   const VecX u = body.r > 0 ? VecX(modes.leftCols(body.r) * body.q)
@@ -64,6 +64,7 @@ void surface_points(const ReducedBody& body, std::vector<Vec3>& points) {
   surface_places(body, body.position, points);
 }
 
+// Eq. S3.
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
                   const MatX& phi) {
   const Mat3 arm_cross = skew(arm);
