@@ -287,6 +287,12 @@ Sources read_sources(const std::vector<std::string>& paths) {
 
 }  // namespace
 
+std::string html_page(const std::string& title, const std::string& body) {
+  return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
+         html_text(title) + "</title>\n<style>" + kStyle + "</style></head>\n<body><main>\n<h1>" +
+         html_text(title) + "</h1>\n" + body + "</main></body></html>\n";
+}
+
 void write_report(const std::vector<std::string>& paths, const std::string& html_path) {
   if (paths.empty())
     throw InputError("report: name at least one run folder, bench or scorecard.csv");
@@ -294,15 +300,12 @@ void write_report(const std::vector<std::string>& paths, const std::string& html
   std::string title = "archetide";
   for (std::size_t r = 0; r < sources.runs.size(); ++r)
     title += (r ? ", " : ": ") + sources.runs[r].folder.manifest.scene;
-  std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
-                     html_text(title) + "</title>\n<style>" + kStyle +
-                     "</style></head>\n<body><main>\n<h1>" + html_text(title) + "</h1>\n";
+  std::string html;
   for (const TextTable& table : sources.scorecards) html += scorecard_section(table);
   html += bench_section(sources.benches);
   if (!sources.runs.empty()) html += "<h2>Runs</h2>\n" + overview(sources.runs);
   for (const Run& run : sources.runs) html += section(run);
-  html += "</main></body></html>\n";
-  write_file_atomically(html_path, html);
+  write_file_atomically(html_path, html_page(title, html));
 }
 
 }  // namespace archetide

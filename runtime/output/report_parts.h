@@ -16,6 +16,9 @@ std::string scorecard_section(const TextTable& table);
 /// Sweeps: error against CPU seconds, and their tables.
 std::string bench_section(const std::vector<BenchTable>& tables);
 
+/// A whole page in the report's style; body: HTML.
+std::string html_page(const std::string& title, const std::string& body);
+
 /// A row of cells (already HTML) of a table.
 std::string html_row(const std::vector<std::string>& cells, const char* tag = "td",
                      const std::string& row_class = "");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/output/csv.h"
+#include "runtime/output/report_parts.h"
 #include "runtime/output/svg_chart.h"
 #include "runtime/output/text_csv.h"
 #include "runtime/output/vtp.h"
@@ -142,12 +143,12 @@ class Page {
       chart.series.push_back(std::move(series));
       columns_.emplace_back(title + " " + name, values);
     }
-    html_ += "<h2>" + title + "</h2>\n" + svg_chart(chart) + "\n";
+    html_ += svg_chart(chart);
   }
   void write(const std::string& out) const {
     std::ofstream(out + "/figure11.html")
-        << "<!DOCTYPE html><meta charset=\"utf-8\"><title>Figure 11</title>\n"
-        << html_;
+        << html_page("Figure 11: rings with modes and with every node",
+                     "<div class=\"charts\">\n" + html_ + "</div>\n");
     TextTable table;
     table.names.push_back("frame");
     std::size_t frames = 0;
