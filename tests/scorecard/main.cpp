@@ -28,7 +28,7 @@ const std::vector<std::string> kColumns = {"case",        "quantity",   "resolut
                                            "known_error", "program",    "about"};
 
 struct Request {
-  bool quick = false, list = false;
+  bool quick = false, list = false, help = false;
   std::vector<std::string> only;
   std::string file = "scorecard.csv";
   // of the page
@@ -54,6 +54,8 @@ Request request_of(int argc, char** argv) {
       r.quick = true;
     else if (word == "--list")
       r.list = true;
+    else if (word == "-h" || word == "--help")
+      r.help = true;
     else if (texts.count(word) && more)
       *texts.at(word) = argv[++n];
     else if (lists.count(word) && more)
@@ -153,6 +155,11 @@ bool write_page(const Request& request, const TextTable& scores, const std::stri
 }
 
 int score_all(const Request& request) {
+  if (request.help) {
+    std::printf("%s\nMeasures every quantity with a known answer; --list names the cases.\n",
+                kUsage);
+    return kExitDone;
+  }
   const std::vector<ScoreCase> cases = chosen(request);
   if (request.list) {
     for (const ScoreCase& c : cases)
