@@ -204,10 +204,6 @@ class Front {
   MatX values_;
 };
 
-}  // namespace
-
-namespace {
-
 // A few right-hand sides: the factor is read once for all of them, kTile of its columns and kStrip
 // of its rows at a time. (Products of matrices would first copy it: with 4 columns that took more
 // time than all else.)

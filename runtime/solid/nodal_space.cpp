@@ -169,12 +169,10 @@ void NodalMass::take_additions(MatX& u) const {
 }
 
 MatX NodalMass::solve(MatX f) const {
-  space_->take_rigid_force(f);
-  factor_->solve(f);
-  f /= a_;
-  space_->take_rigid_motion(f);
-  take_additions(f);
-  return f;
+  std::vector<MatX> one;
+  one.push_back(std::move(f));
+  solve({this}, one);
+  return std::move(one[0]);
 }
 
 void NodalMass::solve(const std::vector<const NodalMass*>& masses, std::vector<MatX>& f) {

@@ -47,14 +47,6 @@ Twins moving_twins(int stored, double density_ratio, bool corrected = true) {
   return t;
 }
 
-double largest_distance(const ReducedBody& a, const ReducedBody& b) {
-  std::vector<Vec3> x, y;
-  surface_points(a, x), surface_points(b, y);
-  double most = 0.0;
-  for (std::size_t v = 0; v < x.size(); ++v) most = std::max(most, (x[v] - y[v]).norm());
-  return most;
-}
-
 // The flux of every motion, with few stored modes beside S = 1.
 TEST(FullBodyInWater, PushesTheWaterAsAllItsModesDo) {
   Twins t = moving_twins(4, 0.5);
@@ -227,7 +219,7 @@ TEST(FullBodyInWater, KeepsMomentumToRoundOff) {
 // Light bodies cost iterations by their added mass, and nodes more than modes: the blob is so soft
 // that in a step of 0.01 s most of its motions are free.
 TEST(FullBodyInWater, CostsLittleMoreIterationsThanItsModes) {
-  constexpr double kMore = 1.8;  // measured 1.5, 1.64, 1.59
+  constexpr double kMore = 1.8;  // asked 1.5; known misses: 1.64, 1.59 (the heaviest: 1.5)
   const FullBlob blob(10);
   for (const double ratio : {1.0, 0.3, 0.05}) {
     int iterations[2];

@@ -1,5 +1,6 @@
 #include "tests/support/full_blob.h"
 
+#include <algorithm>
 #include <numeric>
 #include <set>
 
@@ -59,6 +60,14 @@ ReducedBody body_of_nodes(const FullBlob& blob) {
   ReducedBody body = make_body(blob.archetype, 0);
   free_nodes(blob.nodes, body);
   return body;
+}
+
+double largest_distance(const ReducedBody& a, const ReducedBody& b) {
+  std::vector<Vec3> x, y;
+  surface_points(a, x), surface_points(b, y);
+  double most = 0.0;
+  for (std::size_t v = 0; v < x.size(); ++v) most = std::max(most, (x[v] - y[v]).norm());
+  return most;
 }
 
 }  // namespace archetide

@@ -30,4 +30,7 @@ struct FullBlob {
 ReducedBody body_of_modes(const FullBlob& blob);
 ReducedBody body_of_nodes(const FullBlob& blob);
 
+/// Between the surface points of two bodies of one surface, m.
+double largest_distance(const ReducedBody& a, const ReducedBody& b);
+
 }  // namespace archetide
