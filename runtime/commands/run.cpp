@@ -151,13 +151,13 @@ int run(const Arguments& a) {
     read_state(start.checkpoint, identity, !start.fork, visit);
     resume(start, parts.progress, setup, plan);
   }
+  stop_on_signals();  // before the manifest: who sees it may signal us
   RunWriter writer(setup, parts.simulation);
   const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
   const auto checkpoint = [&] {
     parts.progress = writer.progress();
     checkpoints.write(writer.frame(), visit);
   };
-  stop_on_signals();
   try {
     const RunEnd end =
         run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
