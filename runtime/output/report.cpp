@@ -73,12 +73,6 @@ std::string outcome(const Manifest& m) {
   return "exit " + std::to_string(m.exit) + (m.reason.empty() ? "" : ": " + m.reason);
 }
 
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
-
 std::string grid_text(const Grid& g) {
   if (g.cells() == 0) return "none";
   return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
@@ -104,8 +98,8 @@ std::string overview(const std::vector<Run>& runs) {
          {m.scene, grid_text(m.grid), std::to_string(m.bodies.size()), fixed_text(m.time, 3) + " s",
           std::to_string(m.steps), duration_text(m.wall_seconds), duration_text(m.cpu_seconds),
           bytes_text(m.peak_bytes), std::to_string(m.worst_iterations),
-          scientific(m.worst_volume_drift), scientific(worst(run.stats.column("residual"))),
-          outcome(m)})
+          scientific_text(m.worst_volume_drift),
+          scientific_text(worst(run.stats.column("residual"))), outcome(m)})
       html += "<td>" + html_text(cell) + "</td>";
     html += "</tr>\n";
   }

@@ -1,0 +1,135 @@
+#include "tests/bench/paper/paper_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+
+#include "common/base/byte_stream.h"
+#include "common/base/input_error.h"
+
+namespace archetide {
+namespace {
+
+namespace fs = std::filesystem;
+
+double largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double v : values) most = std::max(most, std::abs(v));
+  return most;
+}
+
+double mean_of_frames(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (std::size_t f = 1; f < values.size(); ++f) sum += values[f];  // frame 0 is the start
+  return values.size() > 1 ? sum / static_cast<double>(values.size() - 1) : PaperFigures::kUnknown;
+}
+
+// Row by row.
+std::vector<double> sum_of(const CsvTable& stats, std::initializer_list<const char*> names) {
+  std::vector<double> sum(stats.rows(), 0.0);
+  for (const char* name : names) {
+    const std::vector<double>& column = column_of(stats, name);
+    for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += column[n];
+  }
+  return sum;
+}
+
+// p minus its first value and what the budget has booked since.
+double momentum_left_over(const CsvTable& stats) {
+  double most = 0.0;
+  for (const char* axis : {"x", "y", "z"}) {
+    std::vector<double> left = column_of(stats, std::string("p") + axis);
+    for (const char* part : {"transported_p", "solid_p", "weight_p", "contact_p", "unmatched_p"}) {
+      const std::vector<double>& booked = column_of(stats, std::string(part) + axis);
+      for (std::size_t n = 0; n < left.size(); ++n) left[n] -= booked[n];
+    }
+    for (const double v : left) most = std::max(most, std::abs(v - left.front()));
+  }
+  return most;
+}
+
+// stats has at least one row.
+PaperFigures figures_of(const PaperRun& run) {
+  const Manifest& m = run.folder.manifest;
+  const CsvTable& stats = run.stats;
+  PaperFigures f;
+  f.seconds = mean_of_frames(run.costs.seconds), f.worst_seconds = largest(run.costs.seconds);
+  f.iterations = mean_of_frames(run.costs.iterations);
+  f.worst_iterations = std::max(largest(column_of(stats, "iterations")),
+                                largest(column_of(stats, "iterations_position")));
+  if (m.peak_bytes > 0.0) f.bytes = m.peak_bytes;  // written at the end of a run
+  f.volume = largest(volume_change(stats, false)), f.kept = largest(volume_change(stats, true));
+  const std::vector<double> gain = energy_gain(stats);
+  const double moving = largest(sum_of(stats, {"water_kinetic", "body_kinetic", "body_elastic"}));
+  f.energy = std::max(0.0, *std::max_element(gain.begin(), gain.end())) / std::max(moving, 1e-300);
+  const double momentum = std::max(largest(norms(stats, "p")), 1e-300);
+  f.unmatched = largest(norms(stats, "unmatched_p")) / momentum;
+  f.rest = momentum_left_over(stats) / momentum;
+  f.overlap = largest(column_of(stats, "max_penetration")) / m.grid.dx;
+  f.deformation = largest(column_of(stats, "max_deformation"));
+  return f;
+}
+
+PaperState state_of(const RunFolder& folder) {
+  if (fs::exists(folder.path + "done.stamp")) return PaperState::kDone;
+  const int exit = folder.manifest.exit;
+  const bool failed = exit > kExitDone && exit != kExitStopped;
+  return failed ? PaperState::kFailed : PaperState::kUnfinished;
+}
+
+std::vector<double> frame_times(const Manifest& m, const CsvTable& stats) {
+  std::vector<double> times;
+  const double end = stats.column("t").back();  // of an unfinished run the manifest counts none
+  constexpr double kSameTime = 1e-9;            // s
+  for (int f = 0; f / m.fps <= end + kSameTime; ++f) times.push_back(f / m.fps);
+  return times;
+}
+
+}  // namespace
+
+std::vector<double> volume_change(const CsvTable& stats, bool all) {
+  std::vector<double> volume = sum_of(stats, {"water_volume", "spray_volume", "outflow_volume"});
+  const std::vector<double>& hidden = column_of(stats, "volume_residual");
+  for (std::size_t n = 0; n < volume.size(); ++n) volume[n] += all ? hidden[n] : 0.0;
+  const double first = volume.empty() ? 0.0 : volume.front();
+  for (double& v : volume) v = first > 0.0 ? v / first - 1.0 : 0.0;
+  return volume;
+}
+
+std::vector<double> energy_gain(const CsvTable& stats) {
+  return sum_of(stats, {"transported_kinetic", "contact_energy", "drag_energy", "slowed_energy",
+                        "held_energy", "solved_energy"});
+}
+
+std::vector<double> norms(const CsvTable& stats, const std::string& name) {
+  std::vector<double> norm(stats.rows(), 0.0);
+  for (const char* axis : {"x", "y", "z"}) {
+    const std::vector<double>& column = column_of(stats, name + axis);
+    for (std::size_t n = 0; n < norm.size(); ++n) norm[n] = std::hypot(norm[n], column[n]);
+  }
+  return norm;
+}
+
+PaperRun read_paper_run(const std::string& out, const PaperScene& scene) {
+  PaperRun run;
+  run.scene = scene;
+  const std::string folder = out + '/' + scene.name, refusal = folder + ".refused";
+  if (fs::exists(refusal)) {
+    run.state = PaperState::kFailed;
+    run.reason = read_whole_file(refusal);
+    return run;
+  }
+  if (!fs::exists(folder + "/manifest.json")) return run;
+  run.folder = open_run_folder(folder);
+  run.state = state_of(run.folder);
+  run.reason = run.folder.manifest.reason;
+  if (fs::exists(folder + "/stats.csv")) run.stats = read_csv(folder + "/stats.csv");
+  if (fs::exists(folder + "/bodies.csv")) run.bodies = read_csv(folder + "/bodies.csv");
+  if (run.stats.rows() == 0) return run;
+  run.costs = frame_costs(run.stats, frame_times(run.folder.manifest, run.stats));
+  run.figures = figures_of(run);
+  return run;
+}
+
+}  // namespace archetide
