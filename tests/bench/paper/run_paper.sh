@@ -53,7 +53,7 @@ simulate() {  # run folder, scene file, settings
 # Pictures and film of what the run has written.
 film() {  # run folder
   [ -e "$1/manifest.json" ] || return 0
-  [ ! "$1.film" -nt "$1/manifest.json" ] || [ "$(cat "$1.film")" != "$render" ] || return 0
+  [ ! -e "$1.film" ] || [ "$1/manifest.json" -nt "$1.film" ] || [ "$(cat "$1.film")" != "$render" ] || return 0
   "$bin/archetide-sim" render "$1" -q $threads $render >/dev/null && echo "$render" >"$1.film"
 }
 
