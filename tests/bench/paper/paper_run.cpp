@@ -26,25 +26,46 @@ double mean_of_frames(const std::vector<double>& values) {
 }
 
 // Row by row.
-std::vector<double> sum_of(const CsvTable& stats, std::initializer_list<const char*> names) {
+std::vector<double> sum_of(const CsvTable& stats, std::initializer_list<std::string> names) {
   std::vector<double> sum(stats.rows(), 0.0);
-  for (const char* name : names) {
+  for (const std::string& name : names) {
     const std::vector<double>& column = column_of(stats, name);
     for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += column[n];
   }
   return sum;
 }
 
-// p minus its first value and what the budget has booked since.
-double momentum_left_over(const CsvTable& stats) {
+// When a body is first seen, s, but for those of the start.
+std::vector<double> appearances(const CsvTable& bodies) {
+  const std::vector<double>&t = bodies.column("t"), &body = bodies.column("body");
+  std::vector<double> times;
+  double most = -1.0;
+  for (std::size_t n = 0; n < t.size(); ++n) {
+    if (body[n] > most && t[n] > t.front()) times.push_back(t[n]);
+    most = std::max(most, body[n]);
+  }
+  return times;
+}
+
+// Change of p beyond what the budget has booked. Bodies that appear bring theirs: the frames around
+// that are left out.
+double momentum_left_over(const CsvTable& stats, const CsvTable& bodies, double frame) {
+  const std::vector<double>&t = column_of(stats, "t"), new_ones = appearances(bodies);
+  const auto brings = [&](double time) {
+    return std::any_of(new_ones.begin(), new_ones.end(),
+                       [&](double a) { return std::abs(time - a) < 1.01 * frame; });
+  };
   double most = 0.0;
-  for (const char* axis : {"x", "y", "z"}) {
-    std::vector<double> left = column_of(stats, std::string("p") + axis);
-    for (const char* part : {"transported_p", "solid_p", "weight_p", "contact_p", "unmatched_p"}) {
-      const std::vector<double>& booked = column_of(stats, std::string(part) + axis);
-      for (std::size_t n = 0; n < left.size(); ++n) left[n] -= booked[n];
+  for (const std::string axis : {"x", "y", "z"}) {
+    const std::vector<double>& p = column_of(stats, "p" + axis);
+    const std::vector<double> booked =
+        sum_of(stats, {"transported_p" + axis, "solid_p" + axis, "weight_p" + axis,
+                       "contact_p" + axis, "unmatched_p" + axis});
+    double left = 0.0;
+    for (std::size_t n = 1; n < t.size(); ++n) {
+      if (!brings(t[n])) left += p[n] - p[n - 1] - (booked[n] - booked[n - 1]);
+      most = std::max(most, std::abs(left));
     }
-    for (const double v : left) most = std::max(most, std::abs(v - left.front()));
   }
   return most;
 }
@@ -65,7 +86,7 @@ PaperFigures figures_of(const PaperRun& run) {
   f.energy = std::max(0.0, *std::max_element(gain.begin(), gain.end())) / std::max(moving, 1e-300);
   const double momentum = std::max(largest(norms(stats, "p")), 1e-300);
   f.unmatched = largest(norms(stats, "unmatched_p")) / momentum;
-  f.rest = momentum_left_over(stats) / momentum;
+  f.rest = momentum_left_over(stats, run.bodies, 1.0 / m.fps) / momentum;
   f.overlap = largest(column_of(stats, "max_penetration")) / m.grid.dx;
   f.deformation = largest(column_of(stats, "max_deformation"));
   return f;

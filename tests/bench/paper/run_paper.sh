@@ -63,8 +63,8 @@ while IFS='|' read -r name figure scene goal settings quick shows; do
   case $name in '' | \#*) continue ;; esac
   [ -z "$SCENES" ] || echo " $SCENES " | grep -q -- " $name " || continue
   run=$out/$name file=$assets/scenes/$(trimmed "$scene").scene.toml
-  words=$(trimmed "$settings")
-  [ -z "$QUICK" ] || words=$(trimmed "$words expect=absent $quick")
+  if [ -n "$QUICK" ]; then words=$(trimmed "$settings expect=absent $quick")
+  else words=$(trimmed "$settings output.checkpoint={every_frames=24,keep=1}"); fi
   if ended "$run" "$file" "$words"; then
     echo "paper: $name is there already"
   else
@@ -73,6 +73,7 @@ while IFS='|' read -r name figure scene goal settings quick shows; do
     code=$?
     [ $code != 75 ] || exit 75
     [ $code = 0 ] || echo $code >"$run.failed"
+    [ ! -e "$run/done.stamp" ] || rm -rf "$run/checkpoint"
   fi
   [ ! -e "$run.failed" ] || failed="$failed $name"
   film "$run" </dev/null || failed="$failed $name(film)"
