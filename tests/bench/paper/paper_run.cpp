@@ -25,6 +25,13 @@ double mean_of_frames(const std::vector<double>& values) {
   return values.size() > 1 ? sum / static_cast<double>(values.size() - 1) : PaperFigures::kUnknown;
 }
 
+// From a value to a later one.
+double largest_rise(const std::vector<double>& values) {
+  double lowest = INFINITY, rise = 0.0;
+  for (const double v : values) lowest = std::min(lowest, v), rise = std::max(rise, v - lowest);
+  return rise;
+}
+
 // Row by row.
 std::vector<double> sum_of(const CsvTable& stats, std::initializer_list<std::string> names) {
   std::vector<double> sum(stats.rows(), 0.0);
@@ -79,11 +86,16 @@ PaperFigures figures_of(const PaperRun& run) {
   f.iterations = mean_of_frames(run.costs.iterations);
   f.worst_iterations = std::max(largest(column_of(stats, "iterations")),
                                 largest(column_of(stats, "iterations_position")));
-  if (m.peak_bytes > 0.0) f.bytes = m.peak_bytes;  // written at the end of a run
+  if (m.frames > 1) {  // written at the end of a run
+    f.cpu_seconds = m.cpu_seconds / (m.frames - 1);
+    f.bytes = m.peak_bytes;
+  }
   f.volume = largest(volume_change(stats, false)), f.kept = largest(volume_change(stats, true));
   const std::vector<double> gain = energy_gain(stats);
-  const double moving = largest(sum_of(stats, {"water_kinetic", "body_kinetic", "body_elastic"}));
-  f.energy = std::max(0.0, *std::max_element(gain.begin(), gain.end())) / std::max(moving, 1e-300);
+  const double moving =
+      std::max(largest(sum_of(stats, {"water_kinetic", "body_kinetic", "body_elastic"})), 1e-300);
+  f.energy = std::max(0.0, *std::max_element(gain.begin(), gain.end())) / moving;
+  f.regained = largest_rise(gain) / moving;
   const double momentum = std::max(largest(norms(stats, "p")), 1e-300);
   f.unmatched = largest(norms(stats, "unmatched_p")) / momentum;
   f.rest = momentum_left_over(stats, run.bodies, 1.0 / m.fps) / momentum;

@@ -8,7 +8,7 @@ mkdir -p "$out" || exit 5
 for body in sphere:9_000 torus:60_000 starfish:6_000 starfish_firm:6_000 jellyfish_bell:21_000 jellyfish_arm1:4_000 \
   jellyfish_arm2:4_000 jellyfish_arm3:4_000 jellyfish_arm4:4_000 jellyfish_skin:; do
   name=${body%:*} tets=${body#*:}
-  sed -e "s|^mesh = \"|&$from/|" -e "s|target = [0-9_]*, order = 2|target = $tets, order = 1|" \
+  sed -e "s|^mesh = \"|&$from/|" -e "s|^tet = .*|tet = { mesher = \"cgal\", target = $tets, order = 1 }|" \
     "$from/$name.body.toml" >"$out/$name.part" || exit $?
   if cmp -s "$out/$name.part" "$out/$name.body.toml"; then rm "$out/$name.part"
   else mv "$out/$name.part" "$out/$name.body.toml"; fi

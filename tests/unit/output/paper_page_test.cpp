@@ -106,7 +106,8 @@ class PaperPage : public testing::Test {
     Manifest m;
     m.scene = name, m.exit = exit, m.reason = reason;
     m.grid.nx = m.grid.ny = m.grid.nz = 2, m.grid.dx = 0.5;
-    m.fps = 10.0, m.end_time = 0.2, m.peak_bytes = 3 << 20;
+    m.fps = 10.0, m.end_time = 0.2, m.peak_bytes = 3 << 20, m.frames = 3;
+    m.cpu_seconds = 12.0;
     write_manifest(folder_ / name + "/manifest.json", m);
     write_stats(folder_ / name + "/stats.csv", kRows);
     if (exit == kExitDone) write_file_atomically(folder_ / name + "/done.stamp", "now\n");
@@ -132,6 +133,8 @@ TEST_F(PaperPage, FiguresAreThoseOfTheTables) {
   EXPECT_NEAR(f.volume, 0.02, 1e-15);
   EXPECT_NEAR(f.kept, 0.0, 1e-15);
   EXPECT_DOUBLE_EQ(f.energy, 0.2 / 8.0);
+  EXPECT_DOUBLE_EQ(f.regained, 0.2 / 8.0);
+  EXPECT_DOUBLE_EQ(f.cpu_seconds, 6.0);
   EXPECT_DOUBLE_EQ(f.unmatched, 4.0 / 5.0);
   EXPECT_DOUBLE_EQ(f.rest, 0.5 / 5.0);  // the last row's pz
   EXPECT_DOUBLE_EQ(f.overlap, 0.6);
