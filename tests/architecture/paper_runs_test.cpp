@@ -78,7 +78,8 @@ TEST_F(PaperRuns, AFinishedRunIsNotRunAgain) {
   const std::string first = asked("SCENES='one two'");
   EXPECT_EQ(code_, 0);
   EXPECT_TRUE(holds(first, "run ./scenes/scene.scene.toml -o out/one ")) << first;
-  EXPECT_TRUE(holds(first, "--set a=[1,2]\n")) << first;
+  EXPECT_TRUE(holds(first, "--set a=[1,2] --set output.checkpoint={every_frames=24,keep=1}\n"))
+      << first;
   EXPECT_TRUE(holds(first, "render out/one")) << first;
   EXPECT_EQ(asked("SCENES='one two'"), "page \npage \npage \n");
   EXPECT_TRUE(holds(asked("SCENES=one QUICK=1"), "--set expect=absent --set b=3\n"));

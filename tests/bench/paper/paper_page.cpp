@@ -110,6 +110,12 @@ std::vector<Cell> all_cells(const PaperRun& run, bool quick) {
   return cells;
 }
 
+std::string wall_text(const std::vector<PaperRun>& runs) {
+  double sum = 0.0;
+  for (const PaperRun& run : runs) sum += run.folder.manifest.wall_seconds;
+  return "In all " + duration_text(sum) + " of wall time.";
+}
+
 /// "8.4 (goal 3)" where it is missed.
 std::string with_goal(const Cell& cell) {
   return cell.missed ? cell.text + " (goal " + cell.goal + ")" : cell.text;
@@ -140,7 +146,7 @@ std::string overview(const std::vector<PaperRun>& runs, bool quick) {
     row.push_back(html_text(state_text(run)));
     html += html_row(row, "td", run.state == PaperState::kFailed ? "miss" : "");
   }
-  return html + "</table></div>\n";
+  return html + "</table></div>\n<p class=\"note\">" + wall_text(runs) + "</p>\n";
 }
 
 // ---- One run --------------------------------------------------------------------------------
@@ -361,7 +367,7 @@ std::string paper_table(const std::vector<PaperRun>& runs, bool quick) {
     add(state_text(run));
     text += '\n';
   }
-  return text;
+  return text + '\n' + wall_text(runs) + '\n';
 }
 
 }  // namespace archetide

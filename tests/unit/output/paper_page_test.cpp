@@ -107,7 +107,7 @@ class PaperPage : public testing::Test {
     m.scene = name, m.exit = exit, m.reason = reason;
     m.grid.nx = m.grid.ny = m.grid.nz = 2, m.grid.dx = 0.5;
     m.fps = 10.0, m.end_time = 0.2, m.peak_bytes = 3 << 20, m.frames = 3;
-    m.cpu_seconds = 12.0;
+    m.cpu_seconds = 12.0, m.wall_seconds = 7.0;
     write_manifest(folder_ / name + "/manifest.json", m);
     write_stats(folder_ / name + "/stats.csv", kRows);
     if (exit == kExitDone) write_file_atomically(folder_ / name + "/done.stamp", "now\n");
@@ -141,6 +141,17 @@ TEST_F(PaperPage, FiguresAreThoseOfTheTables) {
   EXPECT_DOUBLE_EQ(f.deformation, 0.2);
 }
 
+TEST_F(PaperPage, BodiesThatAppearBringTheirMomentum) {
+  run("tub", kExitDone);
+  CsvWriter csv(folder_ / "tub/bodies.csv");
+  csv.header({"t", "body", "z"});
+  csv.cell(0.0).cell(0).cell(1.0).end_row();
+  csv.cell(0.2).cell(0).cell(1.0).end_row();
+  csv.cell(0.2).cell(1).cell(1.0).end_row();
+  csv.flush();
+  EXPECT_NEAR(read("tub").figures.rest, 0.0, 1e-15);
+}
+
 TEST_F(PaperPage, SaysHowEachRunEnded) {
   run("done", kExitDone), run("stopped", kExitStopped), run("going", -1);
   run("failed", kExitNumerics, "the energy is no longer finite");
@@ -166,6 +177,7 @@ TEST_F(PaperPage, MissesAreShownAsMisses) {
       << missed;
   EXPECT_TRUE(holds(missed, "| **2.000 % (goal 0.100 %)** |")) << missed;
   EXPECT_TRUE(holds(missed, "| **0.60 (goal 0.50)** | 0.20 |")) << missed;
+  EXPECT_TRUE(holds(missed, "In all 0:07 of wall time.")) << missed;
   EXPECT_TRUE(holds(paper_table({read("tub", 4.0)}, false), "| 4.00 |"));
   EXPECT_TRUE(holds(paper_table({read("tub", 3.0)}, true), "| 4.00 |"));  // coarse: no goal
 }
