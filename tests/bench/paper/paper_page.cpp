@@ -98,7 +98,9 @@ std::vector<Cell> cells_of(const PaperRun& run, bool quick) {
 std::vector<Cell> details_of(const PaperRun& run) {
   const PaperFigures& f = run.figures;
   const double none = PaperFigures::kUnknown;
-  return {bounded("CPU s a frame, with its files", f.cpu_seconds, none, two_decimals),
+  return {bounded("steps", f.steps, none, whole),
+          bounded("halvings of steps", f.halvings, none, whole),
+          bounded("CPU s a frame, with its files", f.cpu_seconds, none, two_decimals),
           bounded("energy regained", f.regained, none, small),
           bounded("change of all water", f.kept, none, small),
           bounded("momentum that the budget leaves over", f.rest, none, small)};

@@ -86,6 +86,8 @@ PaperFigures figures_of(const PaperRun& run) {
   f.iterations = mean_of_frames(run.costs.iterations);
   f.worst_iterations = std::max(largest(column_of(stats, "iterations")),
                                 largest(column_of(stats, "iterations_position")));
+  f.steps = static_cast<double>(stats.rows()), f.halvings = 0.0;
+  for (const double halvings : column_of(stats, "halvings")) f.halvings += halvings;
   if (m.frames > 1) {  // written at the end of a run
     f.cpu_seconds = m.cpu_seconds / (m.frames - 1);
     f.bytes = m.peak_bytes;

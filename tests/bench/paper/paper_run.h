@@ -18,8 +18,9 @@ struct PaperFigures {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   double seconds = kUnknown, worst_seconds = kUnknown;        // wall, of the steps of a frame
   double iterations = kUnknown, worst_iterations = kUnknown;  // of a coupled solve
-  double cpu_seconds = kUnknown;                              // of a frame, everything
-  double bytes = kUnknown;                                    // most memory of the process
+  double steps = kUnknown, halvings = kUnknown;
+  double cpu_seconds = kUnknown;  // of a frame, everything
+  double bytes = kUnknown;        // most memory of the process
   double volume = kUnknown;       // largest change of what surface and drops show, of all water
   double kept = kUnknown;         // the same with the water that cells hold out of sight
   double energy = kUnknown;       // most above its start and the work, of the largest in motion

@@ -16,6 +16,7 @@ namespace {
 using Row = std::map<std::string, double>;
 
 const char* const kColumns[] = {"t",
+                                "halvings",
                                 "seconds",
                                 "iterations",
                                 "iterations_position",
@@ -65,6 +66,7 @@ void write_stats(const std::string& path, const std::vector<Row>& rows) {
 
 // Two frames of two steps and of one, in cells of 0.5 m.
 const std::vector<Row> kRows = {{{"t", 0.05},
+                                 {"halvings", 2},
                                  {"seconds", 1},
                                  {"iterations", 4},
                                  {"iterations_position", 2},
@@ -134,6 +136,8 @@ TEST_F(PaperPage, FiguresAreThoseOfTheTables) {
   EXPECT_NEAR(f.kept, 0.0, 1e-15);
   EXPECT_DOUBLE_EQ(f.energy, 0.2 / 8.0);
   EXPECT_DOUBLE_EQ(f.regained, 0.2 / 8.0);
+  EXPECT_EQ(f.steps, 3.0);
+  EXPECT_EQ(f.halvings, 2.0);
   EXPECT_DOUBLE_EQ(f.cpu_seconds, 6.0);
   EXPECT_DOUBLE_EQ(f.unmatched, 4.0 / 5.0);
   EXPECT_DOUBLE_EQ(f.rest, 0.5 / 5.0);  // the last row's pz
