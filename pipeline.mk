@@ -47,7 +47,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard figure11 measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -187,7 +187,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard figure11 measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -259,6 +259,24 @@ figure11: deps
 	$(call archetide_compile,archetide-precompute archetide-sim bench_figure11)
 	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh '$(ARCHETIDE_ROOT)tests/bench/figure11/run_figure11.sh' \
 	  '$(ARCHETIDE_ROOT)tests/bench/figure11' '$(BUILD)/bin' '$(OUT)/figure11$(if $(QUICK),_quick)'
+
+# Every scene of the paper at its own grid, one after another, with films: OUT/paper/index.html and paper.md. Runs that have
+# ended are not run again, an interrupted one goes on. Hours; QUICK=1: coarse and short, minutes, in OUT/paper_quick.
+# SCENES='tub tori50': only these. BODIES=paper: bodies of as many linear tets as the paper's, in OUT/paper_tets.
+ARCHETIDE_PAPER = $(OUT)/paper$(if $(BODIES),_tets)$(if $(QUICK),_quick)
+ARCHETIDE_PAPER_TETS = $(OUT)/paper_bodies
+paper: deps
+	@case '$(BODIES)' in ''|paper) ;; *) echo 'paper: BODIES can only be "paper", or left out' >&2; exit 2;; esac
+	$(call archetide_compile,archetide-precompute archetide-sim bench_paper)
+ifeq ($(BODIES),paper)
+	sh '$(ARCHETIDE_ROOT)tests/bench/paper/write_bodies.sh' '$(ASSETS)/bodies' '$(ARCHETIDE_PAPER_TETS)/bodies'
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' ASSETS='$(ARCHETIDE_PAPER_TETS)' ARCHETYPES='$(ARCHETIDE_PAPER_TETS)' bodies
+else
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
+endif
+	QUICK='$(QUICK)' SCENES='$(SCENES)' RENDER='$(RENDER)' THREADS='$(archetide_threads)' OMP_WAIT_POLICY=passive \
+	  sh '$(ARCHETIDE_ROOT)tests/bench/paper/run_paper.sh' '$(ARCHETIDE_ROOT)tests/bench/paper/scenes.txt' '$(BUILD)/bin' \
+	  '$(ASSETS)' '$(if $(BODIES),$(ARCHETIDE_PAPER_TETS),$(ARCHETYPES))' '$(ARCHETIDE_PAPER)'
 
 # Everything measured, as docs/measurements.md: the scorecard with its sweeps, the hard cases, and the programs of
 # tests/bench/benches.txt. QUICK=1: what takes seconds; SLOW=1: what takes hours as well. What is there, of the same
@@ -352,6 +370,8 @@ help:
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
 	@echo '  figure11     Fig. 11 of the paper: rings with modes and with every node, hours; QUICK=1: minutes'
+	@echo '  paper        every scene of the paper as its file stands, with films: OUT/paper/index.html, hours; QUICK=1: minutes;'
+	@echo '               SCENES="tub tori50"; BODIES=paper: with as many linear tets as the paper'
 	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
 	@echo '  measurements everything measured, as docs/measurements.md; QUICK=1: what takes seconds, SLOW=1: what takes hours too'
 	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'

@@ -18,6 +18,12 @@ std::string fixed_text(double value, int decimals) {
   return text;
 }
 
+std::string scientific_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1e", value);
+  return text;
+}
+
 std::string bytes_text(double bytes) {
   const char* const units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
   int unit = 0;

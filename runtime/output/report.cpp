@@ -8,11 +8,10 @@
 
 #include "common/base/input_error.h"
 #include "common/files/atomic_file.h"
-#include "common/files/base64.h"
-#include "common/files/image.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/number_text.h"
 #include "runtime/output/palette.h"
+#include "runtime/output/report_charts.h"
 #include "runtime/output/report_parts.h"
 #include "runtime/output/run_folder.h"
 #include "runtime/output/svg_chart.h"
@@ -21,7 +20,7 @@ namespace archetide {
 namespace {
 
 constexpr std::size_t kPictures = 4;    // per run
-constexpr int kPictureWidth = 640;      // pixels, at most
+constexpr int kPictureWidth = 640;      // pixels, about
 constexpr std::size_t kBodyLines = 24;  // per chart
 
 const char* const kStyle = R"(
@@ -74,12 +73,6 @@ std::string outcome(const Manifest& m) {
   return "exit " + std::to_string(m.exit) + (m.reason.empty() ? "" : ": " + m.reason);
 }
 
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
-
 std::string grid_text(const Grid& g) {
   if (g.cells() == 0) return "none";
   return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
@@ -105,8 +98,8 @@ std::string overview(const std::vector<Run>& runs) {
          {m.scene, grid_text(m.grid), std::to_string(m.bodies.size()), fixed_text(m.time, 3) + " s",
           std::to_string(m.steps), duration_text(m.wall_seconds), duration_text(m.cpu_seconds),
           bytes_text(m.peak_bytes), std::to_string(m.worst_iterations),
-          scientific(m.worst_volume_drift), scientific(worst(run.stats.column("residual"))),
-          outcome(m)})
+          scientific_text(m.worst_volume_drift),
+          scientific_text(worst(run.stats.column("residual"))), outcome(m)})
       html += "<td>" + html_text(cell) + "</td>";
     html += "</tr>\n";
   }
@@ -131,36 +124,6 @@ std::string body_table(const Manifest& m) {
   return html;
 }
 
-// Pictures at even distances over the film.
-std::string pictures(const RunFolder& run) {
-  if (run.pictures.empty() || !png_available()) return "";
-  const std::size_t count = std::min(kPictures, run.pictures.size());
-  std::string html = "<div class=\"pictures\">\n";
-  for (std::size_t p = 0; p < count; ++p) {
-    const std::size_t index = count == 1 ? 0 : p * (run.pictures.size() - 1) / (count - 1);
-    const std::string& path = run.pictures[index];
-    const Image image = read_png(path);
-    const int factor = (image.width + kPictureWidth - 1) / kPictureWidth;
-    const int number = std::stoi(path.substr(path.size() - 10, 6));
-    html += "<figure><img alt=\"frame " + std::to_string(number) +
-            "\" src=\"data:image/png;base64," + base64(png_bytes(shrunk(image, factor))) +
-            "\"><figcaption>t = " + fixed_text(number / run.manifest.fps, 2) +
-            " s</figcaption></figure>\n";
-  }
-  return html + "</div>\n";
-}
-
-Chart time_chart(const std::string& title, const std::string& y_label) {
-  return {title, "time, s", y_label, {}};
-}
-
-void add_column(Chart& chart, const CsvTable& table, const std::string& column,
-                const std::string& name) {
-  if (!table.has(column)) return;
-  chart.series.push_back({name, table.column("t"), table.column(column),
-                          chart_colour(static_cast<int>(chart.series.size()))});
-}
-
 std::string volume_chart(const CsvTable& stats) {
   Chart chart = time_chart("Water volume, change since the first step", "%");
   Series line{"volume", stats.column("t"), stats.column("water_volume"), chart_colour(0)};
@@ -168,28 +131,6 @@ std::string volume_chart(const CsvTable& stats) {
   const double first = line.y.front();
   for (double& v : line.y) v = 100.0 * (v / first - 1.0);
   chart.series.push_back(line);
-  return svg_chart(chart);
-}
-
-std::string energy_chart(const CsvTable& stats) {
-  Chart chart = time_chart("Energy (potential and total: change since the first step)", "J");
-  add_column(chart, stats, "energy", "total");
-  add_column(chart, stats, "water_kinetic", "water, kinetic");
-  add_column(chart, stats, "body_kinetic", "bodies, kinetic");
-  add_column(chart, stats, "body_elastic", "bodies, elastic");
-  add_column(chart, stats, "potential", "potential");
-  for (Series& s : chart.series)
-    if ((s.name == "total" || s.name == "potential") && !s.y.empty()) {
-      const double first = s.y.front();
-      for (double& v : s.y) v -= first;
-    }
-  return svg_chart(chart);
-}
-
-std::string columns_chart(const CsvTable& stats, const std::string& title, const std::string& unit,
-                          const std::vector<std::pair<std::string, std::string>>& columns) {
-  Chart chart = time_chart(title, unit);
-  for (const auto& [column, name] : columns) add_column(chart, stats, column, name);
   return svg_chart(chart);
 }
 
@@ -238,7 +179,7 @@ std::string section(const Run& run) {
                      html_text(m.command_line) + "<br>archetide " + html_text(m.version) + ", " +
                      html_text(m.build) + ", " + std::to_string(m.threads) + " threads, started " +
                      html_text(m.started) + ", " + html_text(outcome(m)) + "</p>\n";
-  html += pictures(run.folder);
+  html += picture_strip(run.folder, kPictures, kPictureWidth);
   html += body_table(m);
   html += "<div class=\"charts\">\n";
   html += body_chart(run, "Heights of the bodies", "z");

@@ -11,12 +11,6 @@
 namespace archetide {
 namespace {
 
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", x);
-  return text;
-}
-
 std::string grid_line(const SimulationOptions& o) {
   const Grid& g = o.grid;
   if (g.cells() == 0) return "tank       none";
@@ -40,7 +34,7 @@ std::string switches_line(const SimulationOptions& o) {
   on += o.modal.mass == ModalMass::kExact ? ", exact modal mass" : ", the paper's modal mass";
   if (o.has_water) {
     on += o.geometry == Geometry::kCutCell ? ", cut cells" : ", voxel faces";
-    on += ", tolerance " + scientific(o.tolerance);
+    on += ", tolerance " + scientific_text(o.tolerance);
     if (o.particles_per_cell > 0)
       on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
     if (o.spray) on += ", spray";
@@ -140,8 +134,8 @@ std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile
       std::to_string(m.frames) + " frames, peak memory " + bytes_text(m.peak_bytes)};
   for (const std::string& phase : profile.phases())
     lines.push_back(phase_line(phase, m.phase_seconds.at(phase), m.wall_seconds));
-  lines.push_back("worst volume drift " + scientific(m.worst_volume_drift) + ", step halvings " +
-                  std::to_string(m.halvings) + ", worst iteration count " +
+  lines.push_back("worst volume drift " + scientific_text(m.worst_volume_drift) +
+                  ", step halvings " + std::to_string(m.halvings) + ", worst iteration count " +
                   std::to_string(m.worst_iterations));
   return lines;
 }

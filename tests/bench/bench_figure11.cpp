@@ -13,18 +13,13 @@
 #include "runtime/output/svg_chart.h"
 #include "runtime/output/text_csv.h"
 #include "runtime/output/vtp.h"
+#include "tests/bench/frame_costs.h"
 
 namespace archetide {
 namespace {
 
 constexpr const char* kMeshes[] = {"5k", "60k"};
 constexpr const char* kKinds[] = {"modes", "deformable"};
-
-const std::vector<double>& column(const CsvTable& table, const std::string& name) {
-  const auto at = std::find(table.names.begin(), table.names.end(), name);
-  if (at == table.names.end()) throw std::runtime_error("no column " + name);
-  return table.columns[static_cast<std::size_t>(at - table.names.begin())];
-}
 
 struct Pose {
   Vec3 position = Vec3::Zero();  // m
@@ -38,26 +33,6 @@ struct Run {
   std::vector<std::vector<Pose>> poses;                // of each ring
   std::vector<std::vector<std::vector<Vec3>>> points;  // of each ring's surface, m
 };
-
-void read_costs(const std::string& folder, const std::vector<double>& times, Run& run) {
-  const CsvTable stats = read_csv(folder + "/stats.csv");
-  const std::vector<double>&t = column(stats, "t"), &s = column(stats, "seconds"),
-        &velocity = column(stats, "iterations"), &position = column(stats, "iterations_position");
-  run.seconds.assign(times.size(), 0.0);
-  run.iterations.assign(times.size(), 0.0);
-  std::vector<int> steps(times.size(), 0);
-  constexpr double kSameTime = 1e-9;
-  for (std::size_t n = 0; n < t.size(); ++n) {
-    const auto at = std::lower_bound(times.begin(), times.end(), t[n] - kSameTime);
-    const auto frame = static_cast<std::size_t>(at - times.begin());
-    if (frame >= times.size()) continue;
-    run.seconds[frame] += s[n];
-    run.iterations[frame] += 0.5 * (velocity[n] + position[n]);
-    ++steps[frame];
-  }
-  for (std::size_t f = 0; f < times.size(); ++f)
-    if (steps[f] > 0) run.iterations[f] /= steps[f];
-}
 
 // The most that was seen up to each frame.
 void read_memory(const std::string& path, Run& run) {
@@ -77,11 +52,11 @@ Run read_run(const std::string& out, const std::string& name) {
   run.name = name;
   const std::string folder = out + "/" + name;
   const CsvTable bodies = read_csv(folder + "/bodies.csv");
-  const std::vector<double>& t = column(bodies, "t");
+  const std::vector<double>& t = column_of(bodies, "t");
   std::vector<double> times;
   for (std::size_t n = 0; n < t.size(); ++n) {
     if (times.empty() || t[n] > times.back()) times.push_back(t[n]), run.poses.emplace_back();
-    const auto at = [&](const char* key) { return column(bodies, key)[n]; };
+    const auto at = [&](const char* key) { return column_of(bodies, key)[n]; };
     run.poses.back().push_back(
         {Vec3(at("x"), at("y"), at("z")), Quat(at("qw"), at("qx"), at("qy"), at("qz"))});
   }
@@ -94,7 +69,8 @@ Run read_run(const std::string& out, const std::string& name) {
       rings.at(static_cast<std::size_t>(mesh.body.at(v))).push_back(mesh.vertices[v]);
     run.points.push_back(std::move(rings));
   }
-  read_costs(folder, times, run);
+  FrameCosts costs = frame_costs(read_csv(folder + "/stats.csv"), times);
+  run.seconds = std::move(costs.seconds), run.iterations = std::move(costs.iterations);
   read_memory(out + "/" + name + ".memory", run);
   return run;
 }
