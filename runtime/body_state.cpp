@@ -20,6 +20,19 @@ void each(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bo
   }
 }
 
+// Empty of bodies that have not moved yet.
+void last_ways(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies) {
+  std::vector<VecX> list;
+  for (const ReducedBody& body : bodies) list.push_back(body.last_way);
+  a.field(name, list);
+  if (list.size() != bodies.size()) a.fail("field " + name + " is of another number of bodies");
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (list[b].size() != 0 && list[b].size() != bodies[b].dofs())
+      a.fail("field " + name + " is of another number of modes");
+    bodies[b].last_way = list[b];
+  }
+}
+
 template <class T, class Get>
 void each_item(StateArchive& a, const std::string& name, ContactForces& forces, const Get& get) {
   std::vector<T> list;
@@ -43,6 +56,7 @@ void body_fields(StateArchive& a, const std::string& name, std::vector<ReducedBo
   each<Vec3>(a, name + "/L", bodies, [](Body& b) -> Vec3& { return b.L; });
   each<VecX>(a, name + "/q", bodies, [](Body& b) -> VecX& { return b.q; });
   each<VecX>(a, name + "/q_dot", bodies, [](Body& b) -> VecX& { return b.q_dot; });
+  last_ways(a, name + "/last_way", bodies);
   constexpr double kRoundOff = 1e-6;
   for (const Body& b : bodies)
     if (std::abs(b.rotation.norm() - 1.0) > kRoundOff)

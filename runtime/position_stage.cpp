@@ -22,19 +22,29 @@ bool may_reach_wall(const SimulationState& s, std::size_t b, double dt) {
   return !away_from_walls(s.bodies[b], s.reach[b], wall_options(s.options, dt), 2.0 * speed * dt);
 }
 
-// Where the velocities that bodies have take them in half a step: the water's velocity in the
-// middle of the step belongs to the walls as they stand then [D47]. Modes by their implicit rule,
-// but from balance: stiff ones hardly move, and nothing that rests.
-void guess_half_way(SimulationState& s, double dt) {
+// The way that a body goes on its first step, 6 + r: with the velocity that it has, and modes by
+// their implicit rule but from balance: stiff ones hardly move, and nothing that rests.
+VecX first_way(const SimulationState& s, const ReducedBody& body, const ConfigurationTerms& terms,
+               double dt) {
   const ModalOptions& modal = s.options.modal;
+  VecX y = generalised_velocity(body, terms);
+  if (body.r > 0)
+    y.tail(body.r) = generalised_mass(body, terms, dt, Stage::kPositionHalf, modal.step)
+                         .modal_solve(modal_momentum(body, terms, body.q_dot));
+  return y;
+}
+
+// Where bodies will be half way through the step if they go on as in the last one: the water's
+// velocity in the middle of the step belongs to the walls as they stand then [D47]. Their momenta
+// are no guide: an error in them would be met by water that it has moved, and kept up by it.
+void guess_half_way(SimulationState& s, double dt) {
   s.half_way = s.bodies;
+  const bool go_on = s.water.last_dt() >= 0.5 * dt;  // what closes gaps in a short step is fast
   const auto guess = [&](ReducedBody& body) {
     FreeMotion motion;
-    motion.terms = configuration_terms(body, current_configuration(body), modal.mass);
-    motion.H = generalised_mass(body, motion.terms, dt, Stage::kPositionHalf, modal.step);
-    VecX y = generalised_velocity(body, motion.terms);
-    if (body.r > 0)
-      y.tail(body.r) = motion.H.modal_solve(modal_momentum(body, motion.terms, body.q_dot));
+    motion.terms = configuration_terms(body, current_configuration(body), s.options.modal.mass);
+    VecX y = go_on && body.last_way.size() > 0 ? body.last_way
+                                               : first_way(s, body, motion.terms, dt);
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
   };
@@ -157,6 +167,7 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     std::vector<Vec3> before;
     surface_points(s.bodies[b], before);
+    s.bodies[b].last_way = y[b];
     half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
                                           stage[b].at.locked));
     half.read_points.push_back(read_back(before, s.bodies[b]));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <initializer_list>
 #include <map>
 
@@ -34,31 +35,45 @@ void mark_solid_cells(const SolidFractions& solids, Array3<unsigned char>& mask)
   for (std::size_t n = 0; n < cell.size(); ++n) marks[n] = solid[n] > 0.5;
 }
 
-// Faces next to cells that may be wet (beside solids a cell is sampled up to half a cell from its
-// centre): where the advected velocity is wanted.
-void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
-  if (target[0].size() == 0) target.resize(g, 0);
-  Array3<unsigned char> near(g.nx, g.ny, g.nz, Unfilled{});
-  const double *level = phi.data(), dx = g.dx;
-  unsigned char* marks = near.data();
+// Marks a face by its two cells, each of which is marked where phi < level; a side of the tank has
+// one.
+template <class Join>
+void mark_faces(const Grid& g, const Array3<double>& phi, double level, const Join& join,
+                FaceField<unsigned char>& marked) {
+  if (marked[0].size() == 0) marked.resize(g, 0);
+  Array3<unsigned char> cells(g.nx, g.ny, g.nz, Unfilled{});
+  const double* values = phi.data();
+  unsigned char* marks = cells.data();
 #pragma omp parallel for simd schedule(static)
-  for (std::size_t n = 0; n < phi.size(); ++n) marks[n] = level[n] < dx;
+  for (std::size_t n = 0; n < phi.size(); ++n) marks[n] = values[n] < level;
   for (int a = 0; a < 3; ++a) {
-    Array3<unsigned char>& faces = target[a];
+    Array3<unsigned char>& faces = marked[a];
     const int last[3] = {g.nx - 1, g.ny - 1, g.nz - 1};
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < faces.nz(); ++k)
       for (int j = 0; j < faces.ny(); ++j) {
         const bool x = a == 0, y = a == 1, z = a == 2;
-        const unsigned char* low = &near(0, std::max(j - y, 0), std::max(k - z, 0));
-        const unsigned char* high = &near(0, std::min(j, last[1]), std::min(k, last[2]));
+        const unsigned char* low = &cells(0, std::max(j - y, 0), std::max(k - z, 0));
+        const unsigned char* high = &cells(0, std::min(j, last[1]), std::min(k, last[2]));
         unsigned char* out = &faces(0, j, k);
         const int nx = g.nx;
 #pragma omp simd
-        for (int i = x; i < nx; ++i) out[i] = low[i - x] | high[i];
+        for (int i = x; i < nx; ++i) out[i] = join(low[i - x], high[i]);
         if (x) out[0] = high[0], out[nx] = high[nx - 1];
       }
   }
+}
+
+// Faces next to cells that may be wet (beside solids a cell is sampled up to half a cell from its
+// centre): where the advected velocity is wanted.
+void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& target) {
+  mark_faces(g, phi, g.dx, std::bit_or<unsigned char>(), target);
+}
+
+// Faces of water so far from the surface that it cannot flicker between water and air.
+void mark_deep_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& deep) {
+  constexpr double kDeep = 2.0;  // dx
+  mark_faces(g, phi, -kDeep * g.dx, std::bit_and<unsigned char>(), deep);
 }
 
 // Layers from the floor on that hold all water.
@@ -213,6 +228,7 @@ void WaterStep::set_ceiling(int layers) {
   residual_.set_layers(layers, 0.0);
   valid_.set_layers(layers);
   target_.set_layers(layers);
+  deep_.set_layers(layers);
 }
 
 double WaterStep::top() const { return grid_.low()[2] + grid_.dx * wet_layers(fluid_.phi); }
@@ -305,7 +321,9 @@ void WaterStep::advect_to_half(double dt) {
   if (!present()) return;
   at_ = At::kHalfAdvected;
   const Grid& g = grid_;
-  const double intervals = last_dt_ > 0.0 ? dt / (2.0 * last_dt_) : 0.0;  // (dt/4) / (last_dt/2)
+  constexpr double kFarthest = 1.0;  // after a much shorter step the difference says little
+  const double intervals =
+      last_dt_ > 0.0 ? std::min(dt / (2.0 * last_dt_), kFarthest) : 0.0;  // (dt/4) / (last_dt/2)
   continue_in_time(fluid_.u, u_half_, intervals, valid_, carrier_);
   mark_water_faces(g, fluid_.phi, target_);
   advect_velocity(g, carrier_, fluid_.u, 0.5 * dt, valid_, target_, u_half_);
@@ -335,9 +353,11 @@ void WaterStep::advect_to_end(double dt) {
   }
   // Without gravity there is no measure for what an impact is beside a vortex in still water.
   const double usual = options_.gravity.norm() > 0.0 ? usual_acceleration(dt) * 0.5 * dt : 0.0;
-  start_reflection(fluid_.u, 0.5, push_, usual, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
+  mark_deep_faces(g, fluid_.phi, deep_);
+  const Reflection reflection = {push_, usual, deep_};
+  start_reflection(fluid_.u, 0.5, reflection, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half_, 0.5 * dt, valid_, target_, u_star_);
-  end_reflection(push_, usual, valid_, target_, u_half_, u_star_);
+  end_reflection(reflection, valid_, target_, u_half_, u_star_);
   drag_energy_ = -2.0 * damp_water(0.5 * dt, u_star_);  // the first half's is like it
   take_up_momentum(g, landings_, held_, u_star_);
 }

@@ -91,6 +91,9 @@ class WaterStep {
   /// What narrow faces carry into the next solve beside u_half or u_star.
   const NarrowFlow& narrow_flow() const { return narrow_; }
 
+  /// Length of the last step, s; 0 at the start and after a step that was rejected.
+  double last_dt() const { return last_dt_; }
+
   /// Markers follow the water at the middle of the step.
   void carry_markers(double dt, const std::vector<ReducedBody>& bodies);
 
@@ -140,7 +143,7 @@ class WaterStep {
   Sides open_side_;
   double last_dt_ = 0.0;                   // s, of the step that u_half_ stems from; 0: of none
   double outflow_ = 0.0, refitted_ = 0.0;  // m^3
-  FaceField<unsigned char> valid_, target_;
+  FaceField<unsigned char> valid_, target_, deep_;
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity

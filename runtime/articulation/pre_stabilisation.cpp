@@ -97,8 +97,9 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     if (lambda.size() == 0) lambda = VecX::Zero(newton.size());
     const VecX step = faster.step(lambda, newton);
     lambda += step;
-    const std::vector<VecX> f = held.impulses(unstacked(step, chord));
+    std::vector<VecX> f = held.impulses(unstacked(step, chord));
     for (const int b : held.bodies()) {
+      if (stiff[b]) f[b].tail(f[b].size() - 6).setZero();  // what holds the modes takes it
       out.impulse[b] += f[b];
       y[b] += inverse[b] * f[b];
     }

@@ -19,7 +19,7 @@ struct PreStabilised {
 /// are the impulse of RATTLE [And83]: they take part in the momenta of the step, which
 /// makes it second order and keeps angular momentum. `motions`: of the position stage, one per
 /// body; `y`: its velocities, in and out. Bodies with `stiff` keep the modal rates that they have
-/// in y.
+/// in y, and take no impulse on their modes.
 ///
 /// Newton's method with a_33 at x^n for the derivative, lambda -= a_33^+ gap / dt, accelerated
 /// (Anderson), until the largest gap is below `tolerance` (m).

@@ -11,7 +11,7 @@ struct SurfaceOptions {
   Sides open_side{};           // sides of the tank beyond which there is air
 };
 
-/// Moves the free surface over dt with state.u, which must be valid up to ceil(cfl) + 3 cells
+/// Moves the free surface over dt with state.u, which must be valid up to ceil(cfl) + 4 cells
 /// beyond the water. solid_cells: cells mostly inside a body or obstacle (may be empty); the
 /// surface goes on into them as a plane. `step` counts steps and keys the random numbers.
 void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceOptions& options,

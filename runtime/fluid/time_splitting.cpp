@@ -54,17 +54,17 @@ void add_row(const double* from, double factor, const unsigned char* wanted, int
   }
 }
 
-// The part of a push that is reflected.
-double reflected(double push, double per_usual) {
-  return push * share_without_impact(std::abs(push) * per_usual);
+// The part of a push that is reflected: all of it in deep water.
+double reflected(double push, double per_usual, unsigned char deep) {
+  return deep ? push : push * share_without_impact(std::abs(push) * per_usual);
 }
 
 // to += way * (reflected part of from) + plain * from where wanted
 void reflect_row(const double* from, double way, double plain, double per_usual,
-                 const unsigned char* wanted, int count, double* to) {
+                 const unsigned char* deep, const unsigned char* wanted, int count, double* to) {
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
-    const double more = way * reflected(from[i], per_usual) + plain * from[i];
+    const double more = way * reflected(from[i], per_usual, deep[i]) + plain * from[i];
     to[i] += wanted[i] ? more : 0.0;
   }
 }
@@ -85,9 +85,10 @@ void continue_in_time(const MacField& now, const MacField& before, double steps,
   }
 }
 
-void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
+void start_reflection(const MacField& before, double steps, const Reflection& reflection,
                       const FaceField<unsigned char>& valid, MacField& u, MacField& carrier) {
-  const double per_usual = usual > 0.0 ? 1.0 / usual : 0.0;
+  const double per_usual = reflection.usual > 0.0 ? 1.0 / reflection.usual : 0.0;
+  const MacField& push = reflection.push;
   for (int a = 0; a < 3; ++a)
     for_each_row(
         valid[a],
@@ -95,24 +96,26 @@ void start_reflection(const MacField& before, double steps, const MacField& push
           const unsigned char* marks = valid[a].data() + n;
           double *here = u[a].data() + n, *ahead = carrier[a].data() + n;
           continue_row(here, before[a].data() + n, marks, steps, ahead, count, ahead);
-          reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, marks, count, here);
+          reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, reflection.deep[a].data() + n,
+                      marks, count, here);
         },
         [](std::size_t, int) {});
 }
 
-void end_reflection(const MacField& push, double usual, const FaceField<unsigned char>& valid,
+void end_reflection(const Reflection& reflection, const FaceField<unsigned char>& valid,
                     const FaceField<unsigned char>& target, MacField& u, MacField& u_star) {
-  const double per_usual = usual > 0.0 ? 1.0 / usual : 0.0;
+  const double per_usual = reflection.usual > 0.0 ? 1.0 / reflection.usual : 0.0;
+  const MacField& push = reflection.push;
   for (int a = 0; a < 3; ++a) {
     const auto add_to_target = [&](std::size_t n, int count) {
-      reflect_row(push[a].data() + n, 1.0, 1.0, per_usual, target[a].data() + n, count,
-                  u_star[a].data() + n);
+      reflect_row(push[a].data() + n, 1.0, 1.0, per_usual, reflection.deep[a].data() + n,
+                  target[a].data() + n, count, u_star[a].data() + n);
     };
     for_each_row(
         valid[a],
         [&](std::size_t n, int count) {
-          reflect_row(push[a].data() + n, 1.0, 0.0, per_usual, valid[a].data() + n, count,
-                      u[a].data() + n);
+          reflect_row(push[a].data() + n, 1.0, 0.0, per_usual, reflection.deep[a].data() + n,
+                      valid[a].data() + n, count, u[a].data() + n);
           add_to_target(n, count);
         },
         add_to_target);

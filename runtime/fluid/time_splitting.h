@@ -28,16 +28,23 @@ inline double share_without_impact(double size) {
 void continue_in_time(const MacField& now, const MacField& before, double steps,
                       const FaceField<unsigned char>& valid, MacField& out);
 
+/// What is reflected. A push beyond the `usual` size, m/s, is an impact's: in deep water it is
+/// reflected as well, but near the surface the share falls from 1 to 0 between 1 and 2 times that
+/// (0: 1 everywhere). Reflected as a whole, the pushes of films along a wall that flicker between
+/// water and air drove them from 10 to 1e8 m/s [D21].
+struct Reflection {
+  const MacField& push;                  // m/s
+  double usual;                          // m/s
+  const FaceField<unsigned char>& deep;  // faces of water well below the surface
+};
+
 /// Both ends of the reflection around the advection of `u`: carrier = u + steps (u - before) on
-/// faces with valid == 1, elsewhere it stays, and u -= r push where valid != 0 .. A push beyond the
-/// `usual` size, m/s, is an impact's: r falls from 1 to 0 between 1 and 2 times that (0: r = 1
-/// everywhere). Reflected as a whole, the pushes of films along a wall that flicker between water
-/// and air drove them from 10 to 1e8 m/s.
-void start_reflection(const MacField& before, double steps, const MacField& push, double usual,
-                      const FaceField<unsigned char>& valid, MacField& u, MacField& out);
+/// faces with valid == 1, elsewhere it stays, and u -= r push where valid != 0 ..
+void start_reflection(const MacField& before, double steps, const Reflection& reflection,
+                      const FaceField<unsigned char>& valid, MacField& u, MacField& carrier);
 /// .. and, with u advected to u_star, u += r push where valid != 0 and u_star += (1 + r) push where
 /// target != 0.
-void end_reflection(const MacField& push, double usual, const FaceField<unsigned char>& valid,
+void end_reflection(const Reflection& reflection, const FaceField<unsigned char>& valid,
                     const FaceField<unsigned char>& target, MacField& u, MacField& u_star);
 
 /// push = push - u on faces with valid == 1, 0 elsewhere: what a solve took from the velocity that

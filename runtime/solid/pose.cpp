@@ -33,7 +33,7 @@ Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const Vec
   Configuration mid;
   mid.q_dot = y.tail(body.r);
   mid.q = body.q + 0.5 * dt * mid.q_dot;
-  const Vec3 L_half = stage.H.inertia * y.segment<3>(3);
+  const Vec3 L_half = stage.terms.inertia * y.segment<3>(3);
   mid.delta_L = L_half - body.L;
 
   const Vec3 guess = y.segment<3>(3) - stage.terms.spin_of_modes * mid.q_dot;

@@ -35,6 +35,7 @@ struct ReducedBody {
   Vec3 L = Vec3::Zero();             // angular momentum about the centre of mass, kg m^2/s
   VecX q;                            // r, modal displacement, 1 (S has unit m)
   VecX q_dot;                        // r, 1/s
+  VecX last_way;  // 6 + r, y of the last step's way, v^{n-1/2}; empty: no step with two solves yet
 
   std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
 

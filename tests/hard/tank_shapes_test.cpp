@@ -277,6 +277,32 @@ TEST(H03LargeSteps, SprayOfADamBreakIsWaterThatComesBack) {
   expect_at_most("share of the water in the air", most, 0.1);
 }
 
+// A light ring that falls into water at CFL 4: once the impact is over it goes in every step the way
+// that its velocities before and after it give. When the water met it where its momenta would take
+// it, the two stayed 0.40 m/s apart, and the water gained 2.1 J in steps that went on so [D47].
+TEST(H03LargeSteps, AFallingRingMovesAsItsVelocitySays) {
+  constexpr double kAfterImpact = 0.36;  // s
+  SimulationOptions o = unit_tank(64);
+  o.cfl = 4.0;
+  ReducedBody ring = make_body(rigid_surface_archetype(torus_surface(0.2, 0.07, 48, 24), 400.0), 0);
+  ring.position = {0.5, 0.5, 0.72};
+  ring.rotation = Quat(Eigen::AngleAxisd(0.35, Vec3::UnitX()));
+  Simulation s(o, water_where(o.grid, [](const Vec3& x) { return x[2] - 0.4; }), {ring}, {});
+  double lowest = INFINITY, rise = 0.0, apart = 0.0;
+  Vec3 before = ring.position, velocity = Vec3::Zero();
+  run_to(s, 0.42, 1.0 / 48, [&](const StepReport& r) {
+    const ReducedBody& now = s.bodies()[0];
+    const Vec3 way = (now.position - before) / r.dt, mean = 0.5 * (velocity + velocity_of(now));
+    if (r.t > kAfterImpact) apart = std::max(apart, (way - mean).norm());
+    before = now.position, velocity = velocity_of(now);
+    const double energy = r.water_kinetic + r.body_kinetic + r.potential;
+    lowest = std::min(lowest, energy);
+    rise = std::max(rise, energy - lowest);
+  });
+  expect_at_most("way against mean velocity, m/s", apart, 0.1);  // 0.01 to 0.03
+  expect_at_most("rise of the energy, J", rise, 1.0);            // 0.4 to 0.5
+}
+
 // The same water under a ceiling at different heights (the lid of a low tank, eights of layers of a
 // high one): nothing that a step reads lies above it. What is left are the solves.
 TEST(H13AbsentThings, TheCeilingIsHighEnough) {
