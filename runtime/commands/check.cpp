@@ -80,7 +80,7 @@ int check(const Arguments& a) {
   list_outputs(scene);
   line("memory", bytes_text(memory.total()) + " (water " + bytes_text(memory.water) + ", bodies " +
                      bytes_text(memory.bodies) + ", archetypes " + bytes_text(memory.archetypes) +
-                     ")");
+                     ")" + memory_at_the_lid(built.options, fields, built.bodies));
   return kExitDone;
 }
 

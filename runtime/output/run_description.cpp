@@ -121,7 +121,8 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
       bodies_line(manifest),
       switches_line(o),
       "memory     about " + bytes_text(memory.total()) + " (water " + bytes_text(memory.water) +
-          ", archetypes " + bytes_text(memory.archetypes) + ")"};
+          ", archetypes " + bytes_text(memory.archetypes) + ")" +
+          memory_at_the_lid(o, simulation.grid(), simulation.all_bodies())};
   for (std::string& line : unresolved_lines(o, simulation.all_bodies()))
     lines.push_back(std::move(line));
   return lines;

@@ -55,6 +55,10 @@ struct MemoryEstimate {
 double archetype_bytes(const Archetype& archetype);
 MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& fields,
                                const std::vector<ReducedBody>& bodies);
+/// ", 3.1 GiB once a splash reaches the lid": fields grow with the height of the water. Empty when
+/// they are as high as the tank.
+std::string memory_at_the_lid(const SimulationOptions& options, const Grid& fields,
+                              const std::vector<ReducedBody>& bodies);
 
 /// Writes a run folder while the run goes on: scene.toml, manifest.json, run.log, stats.csv,
 /// bodies.csv, frames/*, and done.stamp last. Every complete file appears whole (X.part, sync,

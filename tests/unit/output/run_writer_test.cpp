@@ -1,4 +1,5 @@
 #include "runtime/output/run_writer.h"
+#include "runtime/output/number_text.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +10,7 @@
 #include "common/base/sha256.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
+#include "runtime/output/number_text.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"
 #include "tests/unit/output/scratch_folder.h"
@@ -137,6 +139,18 @@ TEST(MemoryEstimate, SharedArchetypesCountOnce) {
   EXPECT_EQ(one.archetypes, three.archetypes);
   EXPECT_EQ(3.0 * one.bodies, three.bodies);
   EXPECT_EQ(one.water, 0.0);
+}
+
+TEST(MemoryEstimate, SaysWhatASplashUpToTheLidTakes) {
+  SimulationOptions options;
+  options.has_water = true;
+  options.grid = {32, 32, 32, 1.0, Vec3::Zero()};
+  Grid fields = options.grid;
+  EXPECT_EQ(memory_at_the_lid(options, fields, {}), "");
+  fields.nz = 16;
+  EXPECT_NE(memory_at_the_lid(options, fields, {})
+                .find(bytes_text(estimate_memory(options, options.grid, {}).total())),
+            std::string::npos);
 }
 
 }  // namespace
