@@ -1,5 +1,4 @@
 #include "runtime/output/run_writer.h"
-#include "runtime/output/number_text.h"
 
 #include <gtest/gtest.h>
 
