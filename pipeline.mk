@@ -90,10 +90,12 @@ check: deps
 	$(call archetide_compile)
 	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L fast --output-on-failure -j$(JOBS)
 
-# All that CI leaves out, hours: slow tests (random scenes, validation), every row of the scorecard, and the attacks.
+# All that CI leaves out, hours: slow tests (random scenes, validation), every row of the scorecard, the scenes of the paper
+# coarsely, and the attacks.
 nightly: check
 	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' QUICK=1 paper
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' faults mutate sanitize fuzz
 
 # ---- Attacks --------------------------------------------------------------------------------------------------------
