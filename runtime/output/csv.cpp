@@ -1,29 +1,14 @@
 #include "runtime/output/csv.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <limits>
-#include <sstream>
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
 #include "runtime/output/number_text.h"
+#include "runtime/output/text_csv.h"
 
 namespace archetide {
-namespace {
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (char c : line)
-    if (c == ',')
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  return cells;
-}
-
-}  // namespace
 
 CsvWriter::CsvWriter(std::string path, bool keep)
     : path_(std::move(path)),
@@ -46,7 +31,7 @@ std::vector<std::string> CsvWriter::keep_rows(std::int64_t rows) {
   std::filesystem::resize_file(path_, end);
   file_.open(path_, std::ios::binary | std::ios::app);
   if (!file_) throw MachineError(path_ + ": cannot be written");
-  return split(bytes.substr(0, bytes.find('\n')));
+  return parse_text_csv(bytes.substr(0, bytes.find('\n')), path_).names;
 }
 
 void CsvWriter::header(const std::vector<std::string>& names) {
@@ -100,21 +85,12 @@ const std::vector<double>& CsvTable::column(const std::string& name) const {
 CsvTable read_csv(const std::string& path) {
   std::string bytes = read_whole_file(path);
   bytes.resize(bytes.rfind('\n') + 1);
-  std::istringstream lines(bytes);
+  const TextTable text = parse_text_csv(bytes, path);
   CsvTable table;
-  std::string line;
-  if (!std::getline(lines, line)) return table;
-  table.names = split(line);
+  table.names = text.names;
   table.columns.resize(table.names.size());
-  for (int row = 2; std::getline(lines, line); ++row) {
-    const std::vector<std::string> cells = split(line);
-    if (cells.size() != table.names.size())
-      throw FileError(path + ':' + std::to_string(row) + ": " + std::to_string(cells.size()) +
-                      " cells under " + std::to_string(table.names.size()) + " names");
-    for (std::size_t c = 0; c < cells.size(); ++c)
-      table.columns[c].push_back(cells[c].empty() ? std::numeric_limits<double>::quiet_NaN()
-                                                  : std::strtod(cells[c].c_str(), nullptr));
-  }
+  for (const std::vector<std::string>& row : text.rows)
+    for (std::size_t c = 0; c < row.size(); ++c) table.columns[c].push_back(cell_number(row[c]));
   return table;
 }
 

@@ -63,16 +63,19 @@ const std::string& TextTable::at(std::size_t row, const std::string& name) const
 }
 
 double TextTable::number(std::size_t row, const std::string& name) const {
-  const std::string& text = at(row, name);
+  return cell_number(at(row, name));
+}
+
+double cell_number(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   return text.empty() || *end != '\0' ? std::numeric_limits<double>::quiet_NaN() : value;
 }
 
-TextTable read_text_csv(const std::string& path) {
+TextTable parse_text_csv(const std::string& text, const std::string& path) {
   TextTable table;
-  table.rows = parse(read_whole_file(path));
-  if (table.rows.empty()) throw FileError(path + ": the file is empty");
+  table.rows = parse(text);
+  if (table.rows.empty()) return table;
   table.names = std::move(table.rows.front());
   table.rows.erase(table.rows.begin());
   for (std::size_t r = 0; r < table.rows.size(); ++r)
@@ -80,6 +83,12 @@ TextTable read_text_csv(const std::string& path) {
       throw FileError(path + ": row " + std::to_string(r + 2) + " has " +
                       std::to_string(table.rows[r].size()) + " cells under " +
                       std::to_string(table.names.size()) + " names");
+  return table;
+}
+
+TextTable read_text_csv(const std::string& path) {
+  TextTable table = parse_text_csv(read_whole_file(path), path);
+  if (table.names.empty()) throw FileError(path + ": the file is empty");
   return table;
 }
 

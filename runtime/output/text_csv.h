@@ -18,11 +18,16 @@ struct TextTable {
   double number(std::size_t row, const std::string& name) const;
 };
 
-/// Throws FileError: missing, or a row of another length than the first line.
+/// The table of a text, of a file called `path`; without names when the text is empty. Throws
+/// FileError: a row of another length than the first line.
+TextTable parse_text_csv(const std::string& text, const std::string& path);
+/// Throws FileError: missing, empty, or a row of another length than the first line.
 TextTable read_text_csv(const std::string& path);
 /// Atomic; throws MachineError.
 void write_text_csv(const std::string& path, const TextTable& table);
 
+/// A cell as a number; NaN when it is none.
+double cell_number(const std::string& text);
 /// The shortest text that reads back as exactly `value`; "" for NaN.
 std::string cell_text(double value);
 
