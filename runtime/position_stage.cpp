@@ -43,8 +43,8 @@ void guess_half_way(SimulationState& s, double dt) {
   const auto guess = [&](ReducedBody& body) {
     FreeMotion motion;
     motion.terms = configuration_terms(body, current_configuration(body), s.options.modal.mass);
-    VecX y = go_on && body.last_way.size() > 0 ? body.last_way
-                                               : first_way(s, body, motion.terms, dt);
+    VecX y =
+        go_on && body.last_way.size() > 0 ? body.last_way : first_way(s, body, motion.terms, dt);
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
   };
@@ -128,13 +128,31 @@ bool close_joints(SimulationState& s, const std::vector<FreeMotion>& motions,
   return false;
 }
 
+// Jointed bodies that were stopped keep the shape that they have: a joint of several points cannot
+// follow two shapes that change each for itself. False if they do so already.
+bool halt_stopped(SimulationState& s, const std::vector<FreeMotion>& motions,
+                  const std::vector<char>& stopped, const std::vector<VecX>& reaction, double dt,
+                  std::vector<VecX>& y) {
+  bool any = false;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    const int r = s.bodies[b].r;
+    if (!stopped[b] || reaction[b].size() == 0 || y[b].tail(r).isZero(0.0)) continue;
+    s.guard.halt(static_cast<int>(b), s.bodies[b], motions[b], dt, y[b]);
+    any = true;
+  }
+  return any;
+}
+
 // Velocities of the position update that leave no joint open and no element inside out. Bodies that
 // are stopped keep their shape while the joints are closed again without it.
 bool keep_bodies_whole(SimulationState& s, const std::vector<FreeMotion>& motions, double dt,
                        std::vector<VecX>& y, std::vector<VecX>& reaction, StepAttempt& attempt) {
   std::vector<char> stopped(s.bodies.size(), 0);
   for (bool again = true; again;) {
-    if (!close_joints(s, motions, stopped, dt, y, reaction, attempt)) return false;
+    if (!close_joints(s, motions, stopped, dt, y, reaction, attempt)) {
+      if (!halt_stopped(s, motions, stopped, reaction, dt, y)) return false;
+      continue;
+    }
     again = false;
     for (std::size_t b = 0; b < s.bodies.size(); ++b)
       if (!stopped[b] && s.guard.stop(static_cast<int>(b), s.bodies[b], motions[b], dt, y[b]))

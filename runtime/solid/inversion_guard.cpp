@@ -12,6 +12,12 @@ bool bounded(const ReducedBody& body) {
   return body.r > 0 && !body.nodes && !body.archetype->nonlinear();
 }
 
+/// The force at the middle of a step that takes the modal rates to q_dot, M (q̇ − q̇ⁿ) / (dt/2).
+VecX force_on_modes(const ReducedBody& body, const FreeMotion& stage, double dt,
+                    const VecX& q_dot) {
+  return stage.terms.M_q * (q_dot - body.q_dot) / (0.5 * dt);
+}
+
 }  // namespace
 
 // Of the body's archetype; made once for all its instances.
@@ -43,10 +49,18 @@ bool InversionGuard::stop(int b, const ReducedBody& body, const FreeMotion& stag
   const VecX q_dot = y.tail(body.r), q = body.q + dt * q_dot;
   const double share = shorten(body, dt, y);
   if (share == 1.0) return false;
-  // the force at the middle, M (q̇ − q̇ⁿ) / (dt/2), on the way from s q to q
-  const VecX force = stage.terms.M_q * (q_dot - body.q_dot) / (0.5 * dt);
+  // on the way from s q to q
+  const VecX force = force_on_modes(body, stage, dt, q_dot);
   held_[b] = {std::max(0.0, (1.0 - share) * force.dot(q)), q_dot};
   return true;
+}
+
+void InversionGuard::halt(int b, const ReducedBody& body, const FreeMotion& stage, double dt,
+                          VecX& y) {
+  Held& held = held_.at(b);
+  const VecX force = force_on_modes(body, stage, dt, held.q_dot);
+  held.excess = std::max(held.excess, dt * force.dot(held.q_dot));
+  y.tail(body.r).setZero();
 }
 
 Configuration InversionGuard::advance(int b, ReducedBody& body, const FreeMotion& stage,

@@ -30,6 +30,9 @@ class InversionGuard {
   /// largest s <= 1 that is allowed. If s < 1 body b is held, and true is returned.
   bool stop(int b, const ReducedBody& body, const FreeMotion& stage, double dt, VecX& y);
 
+  /// Modal rates of a body that was stopped become 0: its shape stays.
+  void halt(int b, const ReducedBody& body, const FreeMotion& stage, double dt, VecX& y);
+
   /// advance_pose of a body that may have been stopped. `locked`: directions that the stage was
   /// solved with; if there are any the body is held too. The configuration that is returned keeps
   /// the velocity stage from closing further what stands at the limit of a held body.
