@@ -1,13 +1,16 @@
 #include <omp.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <new>
+#include <string_view>
 
 #include "common/archetype/archetype.h"
 #include "common/base/check.h"
@@ -364,11 +367,32 @@ int run(int argc, char** argv, Log& log) {
   return kExitDone;
 }
 
+/// Sets a variable of the environment; false when it had this value already.
+bool changes(const char* name, const char* value) {
+  const char* old = std::getenv(name);
+  return (!old || std::string_view(old) != value) && ::setenv(name, value, 1) == 0;
+}
+
+/// Threads cannot fail where the address space is limited. Those of OpenBLAS, started before
+/// main(), map 128 MiB each, try for ever when there is no room, and are waited for at the end;
+/// those that CHOLMOD asks OpenMP for (four, whatever it is told) end the program with exit code 1.
+/// Only the environment keeps them away: with it the program starts again.
+void start_without_threads_if_space_is_limited(char** argv) {
+  rlimit space{};
+  if (::getrlimit(RLIMIT_AS, &space) != 0 || space.rlim_cur == RLIM_INFINITY) return;
+  const bool blas = changes("OPENBLAS_NUM_THREADS", "1"), openmp = changes("OMP_THREAD_LIMIT", "1");
+  if (!blas && !openmp) return;
+  std::error_code unknown;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  if (!unknown) ::execv(self.c_str(), argv);
+}
+
 }  // namespace
 }  // namespace archetide
 
 int main(int argc, char** argv) {
   using namespace archetide;
+  start_without_threads_if_space_is_limited(argv);
   keep_freed_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
   Log log;

@@ -291,7 +291,8 @@ Keys motion_keys() {
        .fallback = "[]",
        .meaning =
            "static responses behind the modes: \"pressure\" to the pressure of the modes' own "
-           "normal motion (added mass), \"gravity\" to hydrostatic pressure along x, y, z"},
+           "normal motion (added mass), \"gravity\" to hydrostatic pressure along x, y, z, a name "
+           "of [[points]] to pushes on them along x, y, z"},
   };
 }
 

@@ -9,10 +9,7 @@
 #include "common/base/check.h"
 #include "common/base/input_error.h"
 
-extern "C" void dgemm_(const char* transpose_a, const char* transpose_b, const int* m, const int* n,
-                       const int* k, const double* alpha, const double* a, const int* lda,
-                       const double* b, const int* ldb, const double* beta, double* c,
-                       const int* ldc);
+extern "C" void dpotrf_(const char* triangle, const int* n, double* a, const int* lda, int* info);
 
 namespace archetide {
 namespace {
@@ -144,12 +141,11 @@ void take_working_buffer() {
   if (room == MAP_FAILED)
     throw MachineError("no memory for the working buffer of OpenBLAS (129 MiB); raise ulimit -v");
   ::munmap(room, kBuffer);
-  constexpr int n = 64;  // smaller products need no buffer
-  const MatX a = MatX::Ones(n, n);
-  MatX c(n, n);
-  const double one = 1.0, zero = 0.0;
-  dgemm_("N", "N", &n, &n, &n, &one, a.data(), &n, a.data(), &n, &zero, c.data(), &n);
-  ARCHETIDE_CHECK_OP(c(0, 0), ==, n);
+  constexpr int n = 2;  // dpotrf takes it for any n; small products do without
+  MatX a = MatX::Identity(n, n);
+  int info = -1;
+  dpotrf_("L", &n, a.data(), &n, &info);
+  ARCHETIDE_CHECK_OP(info, ==, 0);
 }
 
 }  // namespace

@@ -18,8 +18,9 @@ struct Answer {
   std::string text;  // stdout and stderr
 };
 
-Answer program(const std::string& arguments) {
-  const std::string command = std::string(ARCHETIDE_PRECOMPUTE_BIN) + " " + arguments + " 2>&1";
+/// `before`: what the shell does before, or an empty text.
+Answer program(const std::string& arguments, const std::string& before = "") {
+  const std::string command = before + ARCHETIDE_PRECOMPUTE_BIN + " " + arguments + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   Answer answer{-1, ""};
   if (!pipe) return answer;
@@ -35,6 +36,14 @@ TEST(CommandLine, UnknownVerbsAreAnsweredWithAList) {
   EXPECT_NE(answer.text.find("did you mean 'build'? Known verbs: build check info"),
             std::string::npos)
       << answer.text;
+}
+
+TEST(CommandLine, EndsHoweverLittleAddressSpaceThereIs) {
+  constexpr int kTimedOut = 124;  // of `timeout`
+  for (int megabytes = 150; megabytes <= 400; megabytes += 20) {
+    const std::string limit = "ulimit -v " + std::to_string(1024 * megabytes) + "; timeout 10 ";
+    ASSERT_NE(program("schema", limit).exit_code, kTimedOut) << megabytes << " MB";
+  }
 }
 
 TEST(CommandLine, EachVerbHasExamplesOfItsOwn) {
