@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(Resume, AfterAStepThatWasHalvedIsTheUninterruptedRun) {
   const auto spinning = [] {
     Simulation tank = busy_tank({});
-    tank.bodies()[1].L = Vec3(0.0, 1.0, 4.0);
+    tank.bodies()[1].L = Vec3(0.0, 1.0, 8.0);
     return tank;
   };
   Simulation straight = spinning(), resumed = spinning();
