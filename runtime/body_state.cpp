@@ -5,32 +5,27 @@
 namespace archetide {
 namespace {
 
-// One value of each body: gathered, written or read, scattered.
-template <class T, class Get>
+// One value of each body: gathered, written or read, scattered. `fits`: whether one that was read
+// is of this body.
+template <class T, class Get, class Fits>
 void each(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies,
-          const Get& get) {
+          const Get& get, const Fits& fits) {
   std::vector<T> list;
   for (ReducedBody& body : bodies) list.push_back(T(get(body)));
   a.field(name, list);
   if (list.size() != bodies.size()) a.fail("field " + name + " is of another number of bodies");
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (get(bodies[b]).size() != list[b].size())
-      a.fail("field " + name + " is of another number of modes");
+    if (!fits(bodies[b], list[b])) a.fail("field " + name + " is of another number of modes");
     get(bodies[b]) = list[b];
   }
 }
 
-// Empty of bodies that have not moved yet.
-void last_ways(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies) {
-  std::vector<VecX> list;
-  for (const ReducedBody& body : bodies) list.push_back(body.last_way);
-  a.field(name, list);
-  if (list.size() != bodies.size()) a.fail("field " + name + " is of another number of bodies");
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (list[b].size() != 0 && list[b].size() != bodies[b].dofs())
-      a.fail("field " + name + " is of another number of modes");
-    bodies[b].last_way = list[b];
-  }
+// The same of values that keep their size.
+template <class T, class Get>
+void each(StateArchive& a, const std::string& name, std::vector<ReducedBody>& bodies,
+          const Get& get) {
+  each<T>(a, name, bodies, get,
+          [&](ReducedBody& body, const T& x) { return get(body).size() == x.size(); });
 }
 
 template <class T, class Get>
@@ -56,7 +51,9 @@ void body_fields(StateArchive& a, const std::string& name, std::vector<ReducedBo
   each<Vec3>(a, name + "/L", bodies, [](Body& b) -> Vec3& { return b.L; });
   each<VecX>(a, name + "/q", bodies, [](Body& b) -> VecX& { return b.q; });
   each<VecX>(a, name + "/q_dot", bodies, [](Body& b) -> VecX& { return b.q_dot; });
-  last_ways(a, name + "/last_way", bodies);
+  each<VecX>(
+      a, name + "/last_way", bodies, [](Body& b) -> VecX& { return b.last_way; },
+      [](const Body& b, const VecX& y) { return y.size() == 0 || y.size() == b.dofs(); });
   constexpr double kRoundOff = 1e-6;
   for (const Body& b : bodies)
     if (std::abs(b.rotation.norm() - 1.0) > kRoundOff)

@@ -36,7 +36,8 @@ VecX first_way(const SimulationState& s, const ReducedBody& body, const Configur
 
 // Where bodies will be half way through the step if they go on as in the last one: the water's
 // velocity in the middle of the step belongs to the walls as they stand then [D47]. Their momenta
-// are no guide: an error in them would be met by water that it has moved, and kept up by it.
+// are no guide: an error in them would be met by water that it has moved, and kept up by it. Eq.
+// S8b.
 void guess_half_way(SimulationState& s, double dt) {
   s.half_way = s.bodies;
   const bool go_on = s.water.last_dt() >= 0.5 * dt;  // what closes gaps in a short step is fast

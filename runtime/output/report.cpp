@@ -73,11 +73,6 @@ std::string outcome(const Manifest& m) {
   return "exit " + std::to_string(m.exit) + (m.reason.empty() ? "" : ": " + m.reason);
 }
 
-std::string grid_text(const Grid& g) {
-  if (g.cells() == 0) return "none";
-  return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
-}
-
 double worst(const std::vector<double>& values) {
   double largest = 0.0;
   for (double v : values)
@@ -227,6 +222,11 @@ Sources read_sources(const std::vector<std::string>& paths) {
 }
 
 }  // namespace
+
+std::string grid_text(const Grid& g) {
+  if (g.cells() == 0) return "none";
+  return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
+}
 
 std::string html_page(const std::string& title, const std::string& body) {
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/grid/grid.h"
 #include "runtime/output/bench_table.h"
 
 namespace archetide {
@@ -15,6 +16,9 @@ std::string scorecard_section(const TextTable& table);
 
 /// Sweeps: error against CPU seconds, and their tables.
 std::string bench_section(const std::vector<BenchTable>& tables);
+
+/// "64 × 64 × 32", or "none" without cells.
+std::string grid_text(const Grid& g);
 
 /// A whole page in the report's style; body: HTML.
 std::string html_page(const std::string& title, const std::string& body);

@@ -27,10 +27,6 @@ struct Cell {
   bool missed = false;
 };
 
-std::string grid_text(const Grid& g) {
-  return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
-}
-
 std::string state_text(const PaperRun& run) {
   const Manifest& m = run.folder.manifest;
   switch (run.state) {
