@@ -23,6 +23,7 @@
 #include "precompute/modal/energy_cubature.h"
 #include "precompute/modal/keep_matrices.h"
 #include "precompute/modal/memory.h"
+#include "precompute/surface_ladder.h"
 
 namespace archetide {
 namespace {
@@ -316,6 +317,10 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   const MassKind mass = modes.mass;
   take_modes(std::move(modes), a);
   describe_deformation(materials, options.nonlinear, a, log, profile);
+  {
+    const ScopedTimer timer(profile, "ladder");
+    a.ladder = surface_ladder(a);
+  }
   if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass);
   a.density = a.integrals.mass / a.volume;
   if (recipe.material_regions.empty()) a.density = recipe.material.density;

@@ -11,6 +11,7 @@
 #include "common/mesh/mesh_sdf.h"
 #include "precompute/intake/intake.h"
 #include "precompute/skin_weights.h"
+#include "precompute/surface_ladder.h"
 
 namespace archetide {
 namespace {
@@ -112,8 +113,14 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
   }
   for (const std::string& note : intake.notes()) log.say(recipe.mesh_path + ": " + note);
   demand_points_inside(*recipe.skin, skin.surface);
-  const ScopedTimer timer(profile, "weights");
-  find_skin_weights(owners(recipe, skin.surface), skin.blend, skin);
+  {
+    const ScopedTimer timer(profile, "weights");
+    find_skin_weights(owners(recipe, skin.surface), skin.blend, skin);
+  }
+  {
+    const ScopedTimer timer(profile, "ladder");
+    skin.ladder = surface_ladder(skin);
+  }
   log.say("skin: " + std::to_string(skin.surface.vertices.size()) + " vertices, " +
           std::to_string(skin.parts.size()) + " parts, " + std::to_string(skin.joints.size()) +
           " joints");

@@ -162,11 +162,11 @@ bool keep_bodies_whole(SimulationState& s, const std::vector<FreeMotion>& motion
   return true;
 }
 
-// The surface of a body at x^{n+1} - kReadBack (x^{n+1} - x^n), where the velocities stage reads
+// What the water meets of a body, at x^{n+1} - kReadBack (x^{n+1} - x^n), where the velocities stage reads
 // its hydrostatic load [D38].
 std::vector<Vec3> read_back(const std::vector<Vec3>& before, const ReducedBody& body) {
   std::vector<Vec3> points;
-  surface_points(body, points);
+  wet_points(body, points);
   for (std::size_t v = 0; v < points.size(); ++v) points[v] += kReadBack * (before[v] - points[v]);
   return points;
 }
@@ -185,7 +185,7 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
   if (!keep_bodies_whole(s, motions, dt, y, half.reaction, attempt)) return false;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     std::vector<Vec3> before;
-    surface_points(s.bodies[b], before);
+    wet_points(s.bodies[b], before);
     s.bodies[b].last_way = y[b];
     half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
                                           stage[b].at.locked));

@@ -96,6 +96,14 @@ void matrix_fields(Io& io, M& m) {
   io("stiffness", m.stiffness, "N/m", "blocks x 3 x 3");
 }
 
+template <class Io, class Rung>
+void rung_fields(Io& io, Rung& rung) {
+  io("surface_vertices", rung.surface.vertices, "m", "n x 3");
+  io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
+  io.modes("surface_modes", rung.modes, "m", "r x n x 3");
+  io("deviation", rung.deviation, "m", "scalar");
+}
+
 struct ArchetypeWriter : FieldWriter {
   void point_sets(const std::vector<PointSet>& sets) {
     std::vector<int> ends, vertices;
@@ -189,6 +197,42 @@ ElasticCubature read_elastic(const Hdf5Reader& file) {
     file.fail("elastic: not one gradient, weight and material for each point");
   return ElasticCubature(std::move(gradients), std::move(weights), std::move(lambda),
                          std::move(mu));
+}
+
+std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
+
+/// The hash of all rungs; empty: there are none.
+std::string write_ladder(Hdf5Writer& file, const std::vector<SurfaceRung>& ladder) {
+  std::string hashes;
+  for (std::size_t n = 0; n < ladder.size(); ++n) {
+    ArchetypeWriter io{{file, ladder_group(n)}};
+    rung_fields(io, ladder[n]);
+    hashes += io.hash.hex();
+  }
+  if (ladder.empty()) return "";
+  const std::string hash = sha256_hex(hashes);
+  file.attribute("ladder_version", SurfaceRung::kVersion);
+  file.attribute("ladder_rungs", static_cast<int>(ladder.size()));
+  file.attribute("ladder_hash", hash);
+  return hash;
+}
+
+std::string read_ladder(const Hdf5Reader& file, std::vector<SurfaceRung>& ladder) {
+  if (!file.has_attribute("ladder_version")) return "";
+  const int version = file.int_attribute("ladder_version"),
+            rungs = file.int_attribute("ladder_rungs");
+  if (version != SurfaceRung::kVersion)
+    file.fail("a ladder of surfaces of version " + std::to_string(version) +
+              ", this program reads version " + std::to_string(SurfaceRung::kVersion));
+  std::string hashes;
+  for (int n = 0; n < rungs; ++n) {
+    ArchetypeReader io{{file, ladder_group(static_cast<std::size_t>(n))}};
+    rung_fields(io, ladder.emplace_back());
+    hashes += io.hash.hex();
+  }
+  const std::string hash = sha256_hex(hashes);
+  demand_hash(file, "ladder_hash", hash);
+  return hash;
 }
 
 // ---- validation -------------------------------------------------------------------------------
@@ -377,6 +421,24 @@ void validate_pattern(const TetMatrices& m, int n) {
   }
 }
 
+/// Coarser surfaces hold what the body's own does, or it would float higher or lower.
+void validate_ladder(const Archetype& a) {
+  constexpr double kSame = 1e-9;  // relative
+  const double volume = enclosed_volume(a.surface);
+  for (const SurfaceRung& rung : a.ladder) {
+    demand_field(!rung.surface.triangles.empty(), "ladder surface_triangles", "empty");
+    demand_finite(rung.surface.vertices, "ladder surface_vertices");
+    demand_indices(rung.surface.triangles, rung.surface.vertices.size(),
+                   "ladder surface_triangles");
+    demand_shape(rung.modes, 3 * static_cast<Eigen::Index>(rung.surface.vertices.size()), a.r(),
+                 "ladder surface_modes");
+    demand_field(rung.deviation >= 0.0 && std::isfinite(rung.deviation), "ladder deviation",
+                 "negative");
+    demand_field(std::abs(enclosed_volume(rung.surface) - volume) <= kSame * std::abs(volume),
+                 "ladder surface_vertices", "another volume than the body's surface");
+  }
+}
+
 void validate_matrices(const Archetype& a) {
   const TetMatrices& m = a.matrices;
   if (m.empty()) return;
@@ -419,6 +481,7 @@ void validate(const Archetype& a) {
   validate_mass(a);
   validate_modes(a);
   validate_elastic(a);
+  validate_ladder(a);
   validate_tets(a);
   validate_matrices(a);
 }
@@ -447,6 +510,7 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
     file.attribute("elastic_hash", elastic_hash);
     hashes += elastic_hash;
   }
+  hashes += write_ladder(file, a.ladder);
   const std::string content_hash = sha256_hex(hashes);
   file.attribute("content_hash", content_hash);
   write_matrices(file, a.matrices);
@@ -472,6 +536,7 @@ Archetype read_archetype(const std::string& path, Part part) {
     a.elastic = read_elastic(file);
     hashes += file.text_attribute("elastic_hash");
   }
+  hashes += read_ladder(file, a.ladder);
   a.content_hash = sha256_hex(hashes);
   demand_hash(file, "content_hash", a.content_hash);
   try {

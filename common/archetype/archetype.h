@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/archetype/elastic_cubature.h"
+#include "common/archetype/surface_rung.h"
 #include "common/archetype/swelling.h"
 #include "common/archetype/tet_matrices.h"
 #include "common/base/types.h"
@@ -46,7 +47,7 @@ struct JointFrame {
 struct Archetype {
   static constexpr int kFormatVersion = 2;           // of linear bodies
   static constexpr int kNonlinearFormatVersion = 3;  // the same and an elastic energy
-  static constexpr int kMatricesVersion = 1;  // of the optional part with `matrices`
+  static constexpr int kMatricesVersion = 1;         // of the optional part with `matrices`
 
   // Provenance.
   std::string name;
@@ -87,8 +88,9 @@ struct Archetype {
   VecX frequency_error;        // estimated relative error of each vibration mode's frequency
                                // (mesh refinement; positive: too high), or empty: not estimated
   MatX surface_modes;          // 3 ns x r, m per unit q; row 3 v + axis
-  Swelling swelling;           // second_order_swelling() of these; derived, not stored
-  MatX node_modes;             // 3 n x r (empty when read with Part::kRuntime)
+  std::vector<SurfaceRung> ladder;  // coarser surfaces for the water, finest first; may be empty
+  Swelling swelling;                // second_order_swelling() of these; derived, not stored
+  MatX node_modes;                  // 3 n x r (empty when read with Part::kRuntime)
   TetMatrices matrices;  // kept on request (keep = "tets"); empty when read with Part::kRuntime
   MatX M_r, K_r;         // r x r, reduced mass (kg) and stiffness (N/m)
   MomentumIntegrals integrals;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/archetype/field_io.h"
+#include "common/archetype/surface_rung.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
 #include "common/base/sha256.h"
@@ -61,6 +62,17 @@ void skin_fields(Io& io, S& skin, Text& parts, FlatJoints& joints) {
   io("joint_points", joints.points, "m", "points of all joints x 3");
 }
 
+template <class Io, class Rung>
+void rung_fields(Io& io, Rung& rung) {
+  io("surface_vertices", rung.surface.vertices, "m", "n x 3");
+  io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
+  io("part_of", rung.part_of, "1", "n x 4");
+  io("weights", rung.weights, "1", "4 n");
+  io("deviation", rung.deviation, "m", "scalar");
+}
+
+std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
+
 void demand(bool holds, const char* field, const char* rule) {
   if (!holds) throw AssertionError(std::string("skin field ") + field + ": " + rule);
 }
@@ -78,9 +90,12 @@ double Skin::weight(std::size_t vertex, int part) const {
   return sum;
 }
 
-void validate(const Skin& skin) {
+namespace {
+
+/// A surface and what moves it, of the skin or of a rung.
+template <class S>
+void validate_surface(const S& skin, int parts) {
   const std::size_t n = skin.surface.vertices.size();
-  const auto parts = static_cast<int>(skin.parts.size());
   demand(n > 0 && parts > 0, "surface_vertices", "empty");
   for (const Vec3& x : skin.surface.vertices)
     demand(x.allFinite(), "surface_vertices", "not finite");
@@ -100,6 +115,26 @@ void validate(const Skin& skin) {
     }
     demand(std::abs(sum - 1.0) <= 1e-12, "weights", "their sum is not 1");
   }
+}
+
+}  // namespace
+
+Skin on_rung(const Skin& skin, const SkinRung& rung) {
+  Skin coarse = skin;
+  coarse.surface = rung.surface;
+  coarse.part_of = rung.part_of;
+  coarse.weights = rung.weights;
+  coarse.ladder.clear();
+  return coarse;
+}
+
+void validate(const Skin& skin) {
+  const auto parts = static_cast<int>(skin.parts.size());
+  validate_surface(skin, parts);
+  for (const SkinRung& rung : skin.ladder) {
+    validate_surface(rung, parts);
+    demand(rung.deviation >= 0.0 && std::isfinite(rung.deviation), "deviation", "negative");
+  }
   for (const SkinJoint& joint : skin.joints) {
     demand(joint.a >= 0 && joint.a < parts && joint.b >= 0 && joint.b < parts, "joint_parts",
            "index out of range");
@@ -117,7 +152,17 @@ std::string write_skin(const std::string& path, const Skin& skin) {
   file.attribute("format_version", Skin::kFormatVersion);
   fields::FieldWriter out{file, "skin"};
   skin_fields(out, skin, parts, joints);
-  const std::string hash = out.hash.hex();
+  std::string hash = out.hash.hex();
+  if (!skin.ladder.empty()) {
+    for (std::size_t n = 0; n < skin.ladder.size(); ++n) {
+      fields::FieldWriter rung{file, ladder_group(n)};
+      rung_fields(rung, skin.ladder[n]);
+      hash += rung.hash.hex();
+    }
+    hash = sha256_hex(hash);
+    file.attribute("ladder_version", SurfaceRung::kVersion);
+    file.attribute("ladder_rungs", static_cast<int>(skin.ladder.size()));
+  }
   file.attribute("content_hash", hash);
   file.commit();
   return hash;
@@ -137,6 +182,18 @@ Skin read_skin(const std::string& path) {
   fields::FieldReader in{file, "skin"};
   skin_fields(in, skin, parts, joints);
   skin.content_hash = in.hash.hex();
+  if (file.has_attribute("ladder_version")) {
+    if (file.int_attribute("ladder_version") != SurfaceRung::kVersion)
+      file.fail("a ladder of surfaces of another version than " +
+                std::to_string(SurfaceRung::kVersion));
+    const int rungs = file.int_attribute("ladder_rungs");
+    for (int n = 0; n < rungs; ++n) {
+      fields::FieldReader rung{file, ladder_group(static_cast<std::size_t>(n))};
+      rung_fields(rung, skin.ladder.emplace_back());
+      skin.content_hash += rung.hash.hex();
+    }
+    skin.content_hash = sha256_hex(skin.content_hash);
+  }
   if (file.text_attribute("content_hash") != skin.content_hash)
     file.fail("the contents do not match their content_hash (damaged or changed by hand)");
   skin.parts = fields::lines_of(parts);

@@ -15,6 +15,14 @@ struct SkinJoint {
   std::vector<Vec3> points;  // m, coordinates of the input mesh times scale
 };
 
+/// A coarser surface of a skin, for water of large cells (SurfaceRung).
+struct SkinRung {
+  TriMesh surface;                          // n, nf, m
+  std::vector<std::array<int, 4>> part_of;  // n, as those of the skin
+  std::vector<double> weights;              // 4 n
+  double deviation = 0.0;                   // m, root mean square distance from the skin
+};
+
 /// One closed surface over bodies that were cut out of it. A vertex moves as the mean of where its
 /// parts would move it. Needs no part to be computed: the parts are named only.
 struct Skin {
@@ -30,9 +38,13 @@ struct Skin {
   std::vector<std::array<int, kMostParts>> part_of;  // n, of each weight; unused: 0
   std::vector<double> weights;                       // n kMostParts, >= 0, sum of a vertex 1
   std::vector<SkinJoint> joints;
+  std::vector<SkinRung> ladder;  // finest first; may be empty
 
   double weight(std::size_t vertex, int part) const;
 };
+
+/// The skin with a coarser surface, and without a ladder.
+Skin on_rung(const Skin& skin, const SkinRung& rung);
 
 /// Throws AssertionError with the field's name if sizes or values are inconsistent.
 void validate(const Skin& skin);

@@ -77,6 +77,13 @@ double tet_volume(const TetMesh& mesh, int tet) {
   return (mesh.nodes[t[1]] - x0).dot((mesh.nodes[t[2]] - x0).cross(mesh.nodes[t[3]] - x0)) / 6.0;
 }
 
+std::vector<int> tets_at_boundary(const TetMesh& mesh) {
+  std::vector<int> tets;
+  for (const int face : boundary_faces(mesh))
+    tets.insert(tets.end(), mesh.order() == 1 ? 1 : 4, face / 4);
+  return tets;
+}
+
 TriMesh boundary_surface(const TetMesh& mesh, std::vector<int>& surface_to_node) {
   TriMesh surface;
   std::vector<int> node_to_surface(mesh.nodes.size(), -1);

@@ -27,4 +27,7 @@ double tet_volume(const TetMesh& mesh, int tet);
 /// of a quadratic tet; surface_to_node[v] is the node of vertex v.
 TriMesh boundary_surface(const TetMesh& mesh, std::vector<int>& surface_to_node);
 
+/// The tet behind each triangle of boundary_surface().
+std::vector<int> tets_at_boundary(const TetMesh& mesh);
+
 }  // namespace archetide

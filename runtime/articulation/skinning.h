@@ -32,7 +32,10 @@ std::shared_ptr<const BoundSkin> bind_skin(
 /// with the scale s_b and the shift d_b of ShapeCorrection).
 struct SkinnedBodies {
   std::shared_ptr<const BoundSkin> shape;
-  std::vector<int> bodies;  // of each part
+  std::vector<int> bodies;                          // of each part
+  std::shared_ptr<const BoundSkin> rung = nullptr;  // what the water meets; null: `shape`
+
+  const BoundSkin& wet_shape() const { return rung ? *rung : *shape; }
 };
 
 /// Of each of `count` bodies, whether it is under a skin.
@@ -42,18 +45,26 @@ std::vector<char> skinned_bodies(std::size_t count, const std::vector<SkinnedBod
 /// centre of mass, m.
 void skin_arms(const SkinShare& share, const ReducedBody& body, std::vector<Vec3>& arms);
 
-/// Where the skin is, n, m. `body_of(b)`: the body of index b.
+/// Where `shape`, that of the skin or what the water meets, is, n, m. `body_of(b)`: the body of
+/// index b.
 template <class BodyOf>
-void skin_points(const SkinnedBodies& skin, const BodyOf& body_of, std::vector<Vec3>& points) {
-  points.assign(skin.shape->skin->surface.vertices.size(), Vec3::Zero());
+void skin_points(const SkinnedBodies& skin, const BoundSkin& shape, const BodyOf& body_of,
+                 std::vector<Vec3>& points) {
+  points.assign(shape.skin->surface.vertices.size(), Vec3::Zero());
   std::vector<Vec3> arms;
   for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
-    const SkinShare& share = skin.shape->shares[p];
+    const SkinShare& share = shape.shares[p];
     const ReducedBody& body = body_of(skin.bodies[p]);
     skin_arms(share, body, arms);
     for (std::size_t k = 0; k < arms.size(); ++k)
       points[share.vertices[k]] += share.weights[k] * (body.position + arms[k]);
   }
+}
+
+/// The same of the skin's own shape.
+template <class BodyOf>
+void skin_points(const SkinnedBodies& skin, const BodyOf& body_of, std::vector<Vec3>& points) {
+  skin_points(skin, *skin.shape, body_of, points);
 }
 
 /// Joints of the skin's parts, at these bodies as they stand.

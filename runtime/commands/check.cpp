@@ -55,6 +55,8 @@ void list_bodies(const BuiltScene& built) {
   }
   line("joints", built.joints.size());
   line("skins", built.skins.size());
+  for (const std::string& text : coarser_surfaces(built.bodies, built.skins))
+    line("surface", "the water meets of " + text + " triangles");
   line("obstacles", built.obstacles.size());
   line("actuators", built.actuators.size());
 }

@@ -77,7 +77,7 @@ void Coupling::cut_skins() {
   skin_points_.resize(skins_.size());
   for (std::size_t s = 0; s < skins_.size(); ++s) {
     const auto body_of = [&](int b) -> const ReducedBody& { return *surfaces_[b].body; };
-    skin_points(skins_[s], body_of, skin_points_[s]);
+    skin_points(skins_[s], skins_[s].wet_shape(), body_of, skin_points_[s]);
     cut_.push_back(cell_box(g, skin_points_[s]));
     std::vector<BodyFlux> of_members =
         cut_skin(g, wet_surface(skins_[s], surfaces_, skin_points_[s]), solids_);

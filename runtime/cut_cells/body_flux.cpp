@@ -22,7 +22,7 @@ BodySurface body_surface(const ReducedBody& body, ModalMass mass) {
   s.terms = configuration_terms(body, {body.rotation, body.q, body.q_dot}, mass);
   s.R = body.rotation.toRotationMatrix();
   s.centre = body.position;
-  surface_points(body, s.points);
+  wet_points(body, s.points);
   if (body.nodes) s.nodes = std::make_shared<const NodalSurface>(body, s.terms, s.points);
   return s;
 }
@@ -34,15 +34,15 @@ DualFaces add_solid_fractions(const Grid& g, const std::vector<Vec3>& points,
 }
 
 WetSurface wet_surface(const BodySurface& s) {
-  return {&s.points, &s.body->archetype->surface.triangles, {{&s}}};
+  return {&s.points, &wet_triangles(*s.body), {{&s}}};
 }
 
 WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
                        const std::vector<Vec3>& points) {
-  WetSurface wet{&points, &skin.shape->skin->surface.triangles, {}};
+  WetSurface wet{&points, &skin.wet_shape().skin->surface.triangles, {}};
   for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
-    wet.members.push_back({&surfaces[skin.bodies[p]], &skin.shape->shares[p]});
-    skin_arms(skin.shape->shares[p], *wet.members.back().body->body, wet.members.back().arms);
+    wet.members.push_back({&surfaces[skin.bodies[p]], &skin.wet_shape().shares[p]});
+    skin_arms(skin.wet_shape().shares[p], *wet.members.back().body->body, wet.members.back().arms);
   }
   return wet;
 }
@@ -50,7 +50,7 @@ WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>
 void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
                        const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points) {
   for (std::size_t p = 0; p < skin.bodies.size(); ++p) {
-    const SkinShare& share = skin.shape->shares[p];
+    const SkinShare& share = skin.wet_shape().shares[p];
     const std::vector<Vec3>&from = surfaces[skin.bodies[p]].points, &there = *to[p];
     if (&from == &there) continue;
     for (std::size_t k = 0; k < share.vertices.size(); ++k)
@@ -69,7 +69,7 @@ bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& 
     return true;
   }
   if (!member.share) {
-    modes_ = &body_->body->archetype->surface_modes;
+    modes_ = &wet_modes(*body_->body);
     for (int v = 0; v < 3; ++v) {
       weight_[v] = 1.0;
       row_[v] = t[v];

@@ -33,7 +33,7 @@ struct BodySurface {
   ConfigurationTerms terms;                             // at this configuration
   Mat3 R;                                               // rest frame to world
   Vec3 centre;                                          // centre of mass, m
-  std::vector<Vec3> points;                             // ns, world, m
+  std::vector<Vec3> points;                             // wet_points of the body, m
   std::shared_ptr<const NodalSurface> nodes = nullptr;  // of a body of nodes
 };
 BodySurface body_surface(const ReducedBody& body, ModalMass mass);

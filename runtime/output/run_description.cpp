@@ -108,6 +108,24 @@ std::string damping_text(const Damping& damping) {
   return (drag.empty() ? drag : drag + ", ") + "beaches";
 }
 
+std::vector<std::string> coarser_surfaces(const std::vector<ReducedBody>& bodies,
+                                          const std::vector<SkinnedBodies>& skins) {
+  std::vector<std::string> texts;
+  std::set<const void*> seen;
+  const auto add = [&](const void* key, const std::string& name, const TriMesh& coarse,
+                       const TriMesh& whole) {
+    if (seen.insert(key).second)
+      texts.push_back(name + " " + std::to_string(coarse.triangles.size()) + " of " +
+                      std::to_string(whole.triangles.size()));
+  };
+  for (const ReducedBody& b : bodies)
+    if (b.rung) add(b.rung, b.archetype->name, b.rung->surface, b.archetype->surface);
+  for (const SkinnedBodies& s : skins)
+    if (s.rung)
+      add(s.rung.get(), s.shape->skin->name, s.rung->skin->surface, s.shape->skin->surface);
+  return texts;
+}
+
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation) {
   const SimulationOptions& o = simulation.options();
@@ -123,6 +141,8 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
       "memory     about " + bytes_text(memory.total()) + " (water " + bytes_text(memory.water) +
           ", archetypes " + bytes_text(memory.archetypes) + ")" +
           memory_at_the_lid(o, simulation.grid(), simulation.all_bodies())};
+  for (const std::string& text : coarser_surfaces(simulation.all_bodies(), simulation.skins()))
+    lines.push_back("surface    the water meets of " + text + " triangles");
   for (std::string& line : unresolved_lines(o, simulation.all_bodies()))
     lines.push_back(std::move(line));
   return lines;

@@ -14,6 +14,11 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation);
 /// "drag 0.5 1/s, beaches", or "none".
 std::string damping_text(const Damping& damping);
 
+/// "torus 752 of 6024": the triangles that the water meets of each archetype and skin that it does
+/// not meet by all of them.
+std::vector<std::string> coarser_surfaces(const std::vector<ReducedBody>& bodies,
+                                          const std::vector<SkinnedBodies>& skins);
+
 /// The lines that a run begins with: grid, bodies, what is on, memory.
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation);

@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "common/archetype/surface_rung.h"
+
 namespace archetide {
 namespace {
 
@@ -31,7 +33,10 @@ void demand_parts(const SkinSpec& spec, const Skin& skin, const BuiltScene& buil
 
 void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& built) {
   // Instances of one skin over the same archetypes share what binds them.
-  std::map<std::vector<const void*>, std::shared_ptr<const BoundSkin>> bound;
+  struct Shapes {
+    std::shared_ptr<const BoundSkin> whole, rung;
+  };
+  std::map<std::vector<const void*>, Shapes> bound;
   for (const SkinSpec& spec : scene.skins) {
     if (scene.geometry == Geometry::kVoxel)
       throw InputError({{spec.where, "skins are not possible with coupling.geometry = \"voxel\"",
@@ -47,9 +52,15 @@ void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& bu
         place_in_skin(spec.position, spec.rotation, spec.velocity, spec.angular_velocity,
                       built.bodies[b]);
     }
-    std::shared_ptr<const BoundSkin>& shape = bound[key];
-    if (!shape) shape = bind_skin(skin, parts);
-    built.skins.push_back({shape, spec.bodies});
+    Shapes& shapes = bound[key];
+    if (!shapes.whole) {
+      shapes.whole = bind_skin(skin, parts);
+      const SkinRung* rung = scene.full_surface || !built.options.has_water
+                                 ? nullptr
+                                 : coarsest_rung(skin->ladder, built.options.grid.dx);
+      if (rung) shapes.rung = bind_skin(std::make_shared<Skin>(on_rung(*skin, *rung)), parts);
+    }
+    built.skins.push_back({shapes.whole, spec.bodies, shapes.rung});
     const std::vector<Joint> joints = skin_joints(built.skins.back(), built.bodies);
     if (!joints.empty() && scene.scheme == Scheme::kSingle)
       throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",

@@ -339,6 +339,7 @@ void parse_method(const Section& root, SceneSpec& scene) {
   scene.max_dt = step.number("max");
   scene.scheme = step.string("scheme") == "single" ? Scheme::kSingle : Scheme::kNewmark;
   scene.geometry = coupling.string("geometry") == "voxel" ? Geometry::kVoxel : Geometry::kCutCell;
+  scene.full_surface = coupling.string("surface") == "full";
   scene.tolerance = coupling.number("tolerance");
   scene.max_iterations = coupling.integer("max_iterations");
   scene.modal.step = coupling.string("modal_step") == "backward-euler" ? ModalStep::kBackwardEuler

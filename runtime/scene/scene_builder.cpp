@@ -284,6 +284,18 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
 
 namespace {
 
+/// What the water meets of each body, in cells of this size. Members of a skin keep their own
+/// surface: the skin is bound to it, and the water meets the skin.
+void choose_rungs(const SceneSpec& scene, BuiltScene& built) {
+  const SimulationOptions& o = built.options;
+  if (scene.full_surface || !o.has_water || o.geometry != Geometry::kCutCell) return;
+  const std::vector<char> skinned = skinned_bodies(built.bodies.size(), built.skins);
+  for (std::size_t b = 0; b < built.bodies.size(); ++b) {
+    ReducedBody& body = built.bodies[b];
+    if (!skinned[b] && !body.nodes) body.rung = coarsest_rung(body.archetype->ladder, o.grid.dx);
+  }
+}
+
 /// Nonlinear modes have the trapezoidal rule only.
 void demand_trapezoid(const BodySpec& spec, const BuiltScene& built) {
   const ReducedBody& body = built.bodies.back();
@@ -332,6 +344,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
       collect([&] { add_joint(scene.joints[n], n + 1, built); });
   if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
+  choose_rungs(scene, built);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
   if (!bad.empty()) throw InputError(bad);

@@ -213,6 +213,12 @@ Keys coupling_keys() {
            .fallback = "\"cut-cell\"",
            .choices = {"cut-cell", "voxel"},
            .meaning = "faces between water and bodies; voxel = the paper's"},
+          {.path = "coupling.surface",
+           .type = kString,
+           .fallback = "\"auto\"",
+           .choices = {"auto", "full"},
+           .meaning = "what the water meets of bodies and skins: a stored surface about as coarse "
+                      "as its cells (cut-cell), or all triangles"},
           {.path = "coupling.tolerance",
            .range = between(1e-14, 1e-2),
            .fallback = "1e-8",

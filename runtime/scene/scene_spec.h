@@ -169,6 +169,7 @@ struct SceneSpec {
   double max_dt = 1.0 / 24.0;  // s
   Scheme scheme = Scheme::kNewmark;
   Geometry geometry = Geometry::kCutCell;
+  bool full_surface = false;  // the water meets every triangle, not a rung
   double tolerance = 1e-8;
   int max_iterations = 200;
   ModalOptions modal;

@@ -38,6 +38,8 @@ struct ReducedBody {
   VecX last_way;  // 6 + r, y of the last step's way, v^{n-1/2}; empty: no step with two solves yet
 
   std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
+  // Of its archetype, the surface that the water meets; null: the body's own.
+  const SurfaceRung* rung = nullptr;
 
   int dofs() const { return 6 + r; }
 };
@@ -227,6 +229,12 @@ void surface_places(const ReducedBody& body, const Vec3& origin, std::vector<Vec
 /// World position / velocity of surface vertex v, and all of them at once.
 Vec3 surface_point(const ReducedBody& body, int v);
 void surface_points(const ReducedBody& body, std::vector<Vec3>& points);
+
+/// The surface that the water meets: its triangles, the modes of its vertices (bodies of modes),
+/// and where they are, world, m.
+const std::vector<Vec3i>& wet_triangles(const ReducedBody& body);
+const MatX& wet_modes(const ReducedBody& body);
+void wet_points(const ReducedBody& body, std::vector<Vec3>& points);
 Vec3 surface_velocity(const ReducedBody& body, const ConfigurationTerms& terms, int v);
 /// 3 x (6+r): velocity per unit y of the point at moment arm x that carries the modes phi (3 x r,
 /// body frame): [1, -[x]x, B] with B_i = R (s phi_i + shift_rate_i) + slope_i x - (I^-1 D_i) x x

@@ -64,6 +64,21 @@ void surface_points(const ReducedBody& body, std::vector<Vec3>& points) {
   surface_places(body, body.position, points);
 }
 
+const std::vector<Vec3i>& wet_triangles(const ReducedBody& body) {
+  return body.rung ? body.rung->surface.triangles : body.archetype->surface.triangles;
+}
+
+const MatX& wet_modes(const ReducedBody& body) {
+  return body.rung ? body.rung->modes : body.archetype->surface_modes;
+}
+
+void wet_points(const ReducedBody& body, std::vector<Vec3>& points) {
+  if (body.rung)
+    deformed_places(body, body.rung->surface.vertices, body.rung->modes, body.position, points);
+  else
+    surface_points(body, points);
+}
+
 // Eq. S3.
 MatX arm_jacobian(const ReducedBody& body, const ConfigurationTerms& terms, const Vec3& arm,
                   const MatX& phi) {

@@ -51,6 +51,7 @@ centre = [1, 2, 3]
 radius = 0.5
 [coupling]
 geometry = "voxel"
+surface = "full"
 tolerance = 1e-6
 max_iterations = 77
 modal_step = "backward-euler"
@@ -156,6 +157,7 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.max_dt, 0.01);
   EXPECT_EQ(s.scheme, Scheme::kSingle);
   EXPECT_EQ(s.geometry, Geometry::kVoxel);
+  EXPECT_TRUE(s.full_surface);
   EXPECT_EQ(s.tolerance, 1e-6);
   EXPECT_EQ(s.max_iterations, 77);
   EXPECT_EQ(s.modal.step, ModalStep::kBackwardEuler);
