@@ -138,8 +138,9 @@ struct RunWriter::Impl {
     for (const int b : report.held_bodies) {
       const auto [when, first] = last_held.try_emplace(b, report.t);
       if (first || report.t - when->second > 1.0 / setup.fps)
-        progress.line("t = " + std::to_string(report.t) + " s: " + name_of(b, simulation) +
-                      " is held where its elements would turn inside out");
+        progress.line(
+            "t = " + std::to_string(report.t) + " s: " + name_of(b, simulation) +
+            " is held where its elements would turn inside out or stretch beyond its modes");
       when->second = report.t;
     }
   }

@@ -68,8 +68,8 @@ Mat3 cofactor(const Mat3& F) {
   return c;
 }
 
-/// What the motion of the nodes does to det F at one point: d/dt det F = cof F : grad u' = sum f_a
-/// . u'_a with f_a = cof F grad N_a.
+/// What the motion of the nodes does to what is limited at one point: d/dt det F = cof F : grad u'
+/// = sum f_a . u'_a with f_a = cof F grad N_a; -d/dt |A|^2 / 2 = -A : grad u' with A = grad u.
 struct Closing {
   std::vector<int> nodes;
   std::vector<Vec3> f;  // 1/m, one per node
@@ -91,12 +91,15 @@ struct Closing {
 std::vector<Closing> elements_at_limit(const TetMesh& mesh, const VecX& u, double close) {
   std::vector<Closing> near;
   visit_gradients(mesh, u, [&](const auto& nodes, const auto& G, const Mat3& A) {
+    const auto add = [&](const Mat3& slope) {
+      Closing c{{nodes.begin(), nodes.end()}, {}};
+      for (std::size_t a = 0; a < nodes.size(); ++a)
+        c.f.push_back(slope * G.col(static_cast<Eigen::Index>(a)));
+      near.push_back(std::move(c));
+    };
     const Mat3 F = Mat3::Identity() + A;
-    if (F.determinant() > InversionLimit::kLeastVolume + close) return;
-    Closing c{{nodes.begin(), nodes.end()}, {}};
-    for (std::size_t a = 0; a < nodes.size(); ++a)
-      c.f.push_back(cofactor(F) * G.col(static_cast<Eigen::Index>(a)));
-    near.push_back(std::move(c));
+    if (F.determinant() <= InversionLimit::kLeastVolume + close) add(cofactor(F));
+    if (A.norm() >= (1.0 - close) * InversionLimit::kLargestGradient) add(-A);
   });
   return near;
 }
@@ -162,7 +165,8 @@ double InversionLimit::allowed_share(const VecX& q) const {
     if (A.squaredNorm() <= harmless) return;
     // det(1 + s A) = 1 + s tr A + s² tr cof A + s³ det A
     share = std::min(
-        share, first_root(1.0 - kLeastVolume, A.trace(), second_invariant(A), A.determinant()));
+        {share, first_root(1.0 - kLeastVolume, A.trace(), second_invariant(A), A.determinant()),
+         kLargestGradient / A.norm()});
   });
   return share;
 }
@@ -176,8 +180,16 @@ double InversionLimit::least_volume(const VecX& q) const {
   return least;
 }
 
+double InversionLimit::largest_gradient(const VecX& q) const {
+  double largest = 0.0;
+  visit_gradients(archetype_.tets, displacement(q), [&](const auto&, const auto&, const Mat3& A) {
+    largest = std::max(largest, A.norm());
+  });
+  return largest;
+}
+
 MatX InversionLimit::stop_closing(const VecX& q, const MatX& M_q, VecX& q_dot) const {
-  constexpr double kClose = 0.01;    // of the volume, above the limit: the element stands there
+  constexpr double kClose = 0.01;    // of the volume or the gradient: the element stands there
   constexpr double kStopped = 1e-9;  // of the fastest closing
   const auto modes = archetype_.node_modes.leftCols(q.size());
   const std::vector<Closing> near = elements_at_limit(archetype_.tets, modes * q, kClose);

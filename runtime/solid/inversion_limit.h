@@ -4,12 +4,16 @@
 
 namespace archetide {
 
-/// Linear modes turn elements inside out when they are pulled far enough: nothing in them resists.
-/// This keeps det F >= kLeastVolume with F = 1 + grad(S q), at every tet (linear) or at its ten
-/// nodes (quadratic). An archetype without tets has no limit.
+/// Linear modes turn elements inside out, or draw them to any length, when they are pulled far
+/// enough: nothing in them resists. This keeps det F >= kLeastVolume with F = 1 + grad(S q), and
+/// |grad(S q)| <= kLargestGradient, at every tet (linear) or at its ten nodes (quadratic). An
+/// archetype without tets has no limit.
 class InversionLimit {
  public:
   static constexpr double kLeastVolume = 0.1;  // of an element, against its rest volume
+  /// Frobenius norm: three times as long, or turned by 80 degrees, which straight displacements draw
+  /// 1.7 times too long. What lies beyond is no shape of the body.
+  static constexpr double kLargestGradient = 2.0;
 
   /// Keeps a reference to the archetype. O(tets r), once for all its instances.
   explicit InversionLimit(const Archetype& archetype);
@@ -18,15 +22,19 @@ class InversionLimit {
   /// so that every principal stretch, and with it det F, is large enough. O(r), and conservative.
   bool surely_holds(const VecX& q) const;
 
-  /// The largest s <= 1 such that det F >= kLeastVolume at s' q for all s' <= s. O(r) where
+  /// The largest s <= 1 such that s' q is within both limits for all s' <= s. O(r) where
   /// surely_holds, else O(nodes r + tets).
   double allowed_share(const VecX& q) const;
 
   /// Smallest det F, 1 where there are no tets. O(nodes r + tets).
   double least_volume(const VecX& q) const;
 
-  /// Takes from q_dot what closes elements that stand at the limit, with the least change in the
-  /// modal mass M_q (r x r, kg), so kinetic energy only falls: impulses along n = grad det F >= 0.
+  /// Largest |grad(S q)|, 0 where there are no tets. O(nodes r + tets).
+  double largest_gradient(const VecX& q) const;
+
+  /// Takes from q_dot what leads elements that stand at a limit beyond it, with the least change in
+  /// the modal mass M_q (r x r, kg), so kinetic energy only falls: impulses along n = grad det F, or
+  /// -grad |grad(S q)|^2 / 2.
   /// Returns these n, r x k.
   MatX stop_closing(const VecX& q, const MatX& M_q, VecX& q_dot) const;
 

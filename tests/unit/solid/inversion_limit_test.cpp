@@ -12,7 +12,7 @@
 namespace archetide {
 namespace {
 
-constexpr double kLeast = InversionLimit::kLeastVolume;
+constexpr double kLeast = InversionLimit::kLeastVolume, kMost = InversionLimit::kLargestGradient;
 
 /// The same tets with a node in the middle of every edge.
 TetMesh with_middles(TetMesh mesh) {
@@ -71,9 +71,23 @@ TEST_P(BothOrders, UniformCompressionStopsAtATenthOfTheVolume) {
   for (const double q : {-0.6, -0.9, -1.0, -3.0, -1e6})
     EXPECT_NEAR(limit.allowed_share(VecX::Constant(1, q)) * -q, edge, 1e-14) << q;
   EXPECT_EQ(limit.allowed_share(VecX::Constant(1, -0.3)), 1.0);
-  EXPECT_EQ(limit.allowed_share(VecX::Constant(1, 5.0)), 1.0);  // only grows
+  EXPECT_EQ(limit.allowed_share(VecX::Constant(1, 1.1)), 1.0);  // grows, |grad| = 1.1 sqrt(3)
   EXPECT_NEAR(limit.least_volume(VecX::Constant(1, -0.5)), 0.125, 1e-14);
   EXPECT_EQ(limit.allowed_share(VecX::Constant(1, NAN)), 1.0);  // not this guard's business
+}
+
+// Drawn along one axis, |grad| = q; turned by straight displacements, |grad| = sqrt(2) q.
+TEST_P(BothOrders, StretchesAndTurnsStopAtTheLargestGradient) {
+  const Archetype drawn =
+      shape_with(tets(), 1, [](int, const Vec3& x) { return Vec3(x[0], 0, 0); });
+  const Archetype turned =
+      shape_with(tets(), 1, [](int, const Vec3& x) { return Vec3(-x[1], x[0], 0.0); });
+  for (const double q : {2.5, 20.0, 1e6}) {
+    EXPECT_NEAR(InversionLimit(drawn).allowed_share(VecX::Constant(1, q)) * q, kMost, 1e-12);
+    EXPECT_NEAR(InversionLimit(turned).allowed_share(VecX::Constant(1, q)) * q,
+                kMost / std::sqrt(2.0), 1e-12);
+  }
+  EXPECT_NEAR(InversionLimit(drawn).largest_gradient(VecX::Constant(1, 1.5)), 1.5, 1e-14);
 }
 
 // A half turn of 180 degrees by two flips has a positive volume again, but the way there does not.
@@ -87,7 +101,7 @@ TEST_P(BothOrders, WayThroughAFlipIsNotAllowed) {
   EXPECT_NEAR(limit.allowed_share(turned), 0.5 * (1.0 - std::sqrt(kLeast)), 1e-14);
 }
 
-TEST_P(BothOrders, AllowedShareIsTheFirstPlaceOnTheWayWhereAnElementIsTooSmall) {
+TEST_P(BothOrders, AllowedShareIsTheFirstPlaceOnTheWayWhereAnElementMeetsALimit) {
   constexpr int kModes = 5;
   const Archetype a = random_shape(tets(), kModes);
   const InversionLimit limit(a);
@@ -98,13 +112,17 @@ TEST_P(BothOrders, AllowedShareIsTheFirstPlaceOnTheWayWhereAnElementIsTooSmall) 
     const VecX q =
         3.0 * std::pow(n / 300.0, 3) * VecX::NullaryExpr(kModes, [&] { return normal(random); });
     const double share = limit.allowed_share(q);
-    for (int k = 1; k <= 20; ++k)
+    for (int k = 1; k <= 20; ++k) {
       EXPECT_GE(limit.least_volume(share * k / 20.0 * q), kLeast - 1e-12);
+      EXPECT_LE(limit.largest_gradient(share * k / 20.0 * q), kMost + 1e-12);
+    }
     sure += limit.surely_holds(q);
     if (share == 1.0) continue;
     ++stopped;
     EXPECT_FALSE(limit.surely_holds(q));
-    EXPECT_NEAR(limit.least_volume(share * q), kLeast, 1e-12);
+    EXPECT_LT(std::min(std::abs(limit.least_volume(share * q) - kLeast),
+                       std::abs(limit.largest_gradient(share * q) - kMost)),
+              1e-12);
   }
   EXPECT_GT(sure, 50);
   EXPECT_GT(stopped, 50);
@@ -138,10 +156,12 @@ TEST_P(BothOrders, StoppingTakesEnergyAndClosesNothingAnyMore) {
     // what closes would show at first order, 1e-6 of rates of about 1
     constexpr double kStep = 1e-6;
     EXPECT_GE(limit.least_volume(q + kStep * after), kLeast - 1e-10);
+    EXPECT_LE(limit.largest_gradient(q + kStep * after), kMost + 1e-9);
     // opening is left alone to the last bit
     VecX opening = -q;
     limit.stop_closing(q, M, opening);
-    if (limit.least_volume((1.0 - kStep) * q) > kLeast + 0.5e-6) {
+    if (limit.least_volume((1.0 - kStep) * q) > kLeast + 0.5e-6 ||
+        limit.largest_gradient((1.0 - kStep) * q) < kMost - 0.5e-6) {
       EXPECT_EQ(opening, VecX(-q));
     }
   }
