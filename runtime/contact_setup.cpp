@@ -90,6 +90,8 @@ std::unique_ptr<BodyContacts> make_body_contacts(const SimulationOptions& o,
   c.search.covers = contact_covers(skins, bodies);
   keep_apart(joints, skins, c.search);
   const std::vector<TriMesh> met = among ? obstacles : std::vector<TriMesh>();
+  c.obstacles = o.obstacles;
+  c.obstacles.resize(met.size());
   return std::make_unique<BodyContacts>(
       c, bodies, Surroundings(o.grid.low(), o.grid.high(), closed, met, 0.5 * dx));
 }

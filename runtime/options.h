@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/damping.h"
 #include "runtime/grid/grid.h"
@@ -39,6 +42,7 @@ struct SimulationOptions {
   bool wall_contact = true;   // surface points against the tank's closed sides
   bool body_contact = false;  // bodies against each other and against obstacles
   double restitution = 0.0, friction = 0.0;
+  std::vector<std::optional<ContactMaterial>> obstacles = {};  // of each; absent: the two above
 };
 
 }  // namespace archetide

@@ -80,6 +80,7 @@ int check(const Arguments& a) {
   list_water(scene, built.options, fields);
   list_bodies(built);
   list_outputs(scene);
+  for (const std::string& note : built.notes) line("note", note);
   line("memory", bytes_text(memory.total()) + " (water " + bytes_text(memory.water) + ", bodies " +
                      bytes_text(memory.bodies) + ", archetypes " + bytes_text(memory.archetypes) +
                      ")" + memory_at_the_lid(built.options, fields, built.bodies));

@@ -11,6 +11,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// ["torus", "/home/me/star.h5"]
+std::string list_of_kinds(const ScatterSpec& scatter) {
+  std::string list;
+  for (const BodySpec& kind : scatter.kinds) {
+    const bool path = kind.archetype.ends_with(".h5");
+    list += (list.empty() ? "[\"" : ", \"") +
+            (path ? fs::absolute(kind.archetype).string() : kind.archetype) + "\"";
+  }
+  return list + "]";
+}
+
 // The scene with paths that hold from anywhere.
 std::string portable_scene(const SceneSpec& scene) {
   std::vector<std::string> paths;
@@ -25,8 +36,13 @@ std::string portable_scene(const SceneSpec& scene) {
   };
   for (std::size_t n = 0; n < scene.bodies.size(); ++n)
     fix_archetype("body", n, scene.bodies[n].archetype);
-  for (std::size_t n = 0; n < scene.scatters.size(); ++n)
-    fix_archetype("scatter", n, scene.scatters[n].body.archetype);
+  for (std::size_t n = 0; n < scene.scatters.size(); ++n) {
+    const ScatterSpec& scatter = scene.scatters[n];
+    if (!scatter.mixed) fix_archetype("scatter", n, scatter.kinds[0].archetype);
+    fix("scatter[" + std::to_string(n) + "].mesh", scatter.mesh);
+    if (scatter.mixed)
+      paths.push_back("scatter[" + std::to_string(n) + "].archetypes=" + list_of_kinds(scatter));
+  }
   for (std::size_t n = 0; n < scene.skins.size(); ++n)
     fix_archetype("skin", n, scene.skins[n].archetype);
   return paths.empty() ? scene.text : parse_scene_text(scene.text, scene.file, paths).text;

@@ -138,6 +138,7 @@ int run(const Arguments& a) {
   const CheckpointIdentity identity = checkpoint_identity(scene.text, built.bodies, built.skins);
   RunPlan plan = run_plan(scene, a);
   RunSetup setup = run_setup(scene, plan, a, built.body_names);
+  setup.notes = built.notes;
   const std::vector<std::string> joint_names = built.joint_names;
   const RunLock lock(a.out);
   const RunStart start = claim_run_folder(a, identity);

@@ -125,7 +125,24 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   std::vector<double> margin;
   for (const double v : fastest)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
-  return find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt);
+  std::vector<BodyContact> found =
+      find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt);
+  for (BodyContact& c : found) c.material = between(material(bodies, c.a), material(bodies, c.b));
+  return found;
+}
+
+// Of a body, or of the wall or obstacle -1 - b.
+ContactMaterial BodyContacts::material(const std::vector<ReducedBody>& bodies, int b) const {
+  const ContactMaterial of_scene{options_.restitution, options_.friction};
+  if (b >= 0) return bodies[b].contact.value_or(of_scene);
+  const auto walls =
+      static_cast<int>(surroundings_.items().size()) - static_cast<int>(options_.obstacles.size());
+  const int obstacle = -1 - b - walls;
+  return obstacle < 0 ? of_scene : options_.obstacles[obstacle].value_or(of_scene);
+}
+
+double BodyContacts::restitution(const BodyContact& c) const {
+  return c.material ? c.material->restitution : options_.restitution;
 }
 
 double BodyContacts::resting_speed(double dt) const {
@@ -191,11 +208,10 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
   if (!touching.empty()) impacts(bodies, touching, dt);
 
   // where bodies bounce, a point that will touch with speed must keep it
-  const double fastest = options_.restitution > 0.0 ? resting_speed(dt) : INFINITY;
   GroupContacts& held = out.velocity_stage;
   std::vector<double> target;
   for (const BodyContact& c : all) {
-    if (!touches(c) && c.gap / dt > fastest) continue;
+    if (!touches(c) && restitution(c) > 0.0 && c.gap / dt > resting_speed(dt)) continue;
     held.contacts.push_back(c);
     target.push_back(touches(c) ? 0.0 : -(c.gap + c.clearance) / dt);
   }
@@ -220,14 +236,15 @@ void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
   // pair after pair, so that a row of balls hands the impact on
   const std::vector<std::vector<std::size_t>> pairs = by_pair(touching);
   std::vector<Vec3> lambda(touching.size(), Vec3::Zero());
-  bool met = options_.restitution > 0.0;
+  bool met = std::any_of(touching.begin(), touching.end(),
+                         [&](const BodyContact& c) { return restitution(c) > 0.0; });
   for (int round = 0; met && round < kRounds; ++round) {
     met = false;
     for (const std::vector<std::size_t>& pair : pairs) {
       bool approaching = false;
       for (const std::size_t k : pair) {
         const double v = system.velocity(k, m.y)[0];
-        target[static_cast<long>(k)] = v < -resting ? -options_.restitution * v : 0.0;
+        target[static_cast<long>(k)] = v < -resting ? -restitution(touching[k]) * v : 0.0;
         approaching = approaching || v < -resting;
       }
       if (!approaching) continue;

@@ -8,12 +8,14 @@
 namespace archetide {
 
 struct BodyContactOptions {
-  double restitution = 0.0;  // 0 .. 1
-  double friction = 0.0;     // Coulomb's coefficient
+  double restitution = 0.0;  // 0 .. 1, of what has no material of its own
+  double friction = 0.0;     // Coulomb's coefficient, likewise
   double tolerance = 0.0;    // m; closer points touch
   double gravity = 0.0;      // m/s^2
   ModalOptions modal;
   SearchOptions search;  // jointed bodies do not meet; skins
+  /// Of the last items of the surroundings, the obstacles; absent: the scene's.
+  std::vector<std::optional<ContactMaterial>> obstacles = {};
 };
 
 /// Contacts that a stage of the step holds, their least separating speeds, and what they pushed.
@@ -75,6 +77,8 @@ class BodyContacts {
                                 const std::vector<double>& speed, double dt,
                                 const ContactForces& before) const;
   double resting_speed(double dt) const;
+  ContactMaterial material(const std::vector<ReducedBody>& bodies, int b) const;
+  double restitution(const BodyContact& c) const;
   ContactSolveOptions solve_options(double dt) const;
   bool touches(const BodyContact& c) const { return c.gap <= options_.tolerance; }
   double closing_target(const BodyContact& c, double dt) const;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct BodyContact {
   /// m, how much more than the speed at the point tells is left of the gap after the step, if both
   /// move on as they do: round surfaces that slide or roll turn away from each other.
   double clearance = 0.0;
+  std::optional<ContactMaterial> material = std::nullopt;  // of the pair; absent: the scene's
 };
 
 /// Impulse over time of one contact in the last step, in space, N: what the next step starts from.

@@ -38,6 +38,7 @@ double tangent_compliance(const Mat3& D) {
 ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& bodies) {
   ContactRows rows;
   rows.a = c.a, rows.b = c.b;
+  if (c.material) rows.friction = c.material->friction;
   rows.frame = contact_frame(c.normal);
   const ContactBody& a = bodies[c.a];
   const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
@@ -68,8 +69,10 @@ ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
   carrier.rethrow();
 }
 
-void ContactSystem::add(int a, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+void ContactSystem::add(int a, const ContactPoint& point, double friction,
+                        const std::vector<ContactBody>& bodies) {
   ContactRows rows;
+  rows.friction = friction;
   rows.a = a;
   rows.frame = contact_frame(point.normal);
   rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
@@ -146,8 +149,9 @@ ContactSolveReport ContactSystem::solve(const VecX& target, const ContactSolveOp
     const bool up = report.sweeps % 2 == 0;
     for (long i = 0; i < n; ++i) {
       const std::size_t k = only[static_cast<std::size_t>(up ? i : n - 1 - i)];
-      report.change = std::max(report.change, sweep_contact(k, target[static_cast<long>(k)],
-                                                            options.friction, lambda[k], y));
+      report.change = std::max(
+          report.change, sweep_contact(k, target[static_cast<long>(k)],
+                                       rows_[k].friction.value_or(options.friction), lambda[k], y));
     }
     if (tied_) tied_->constrain(y);
     if (report.change <= std::max(options.tolerance * speed, options.still)) break;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "runtime/contact/contact_rows.h"
@@ -26,6 +27,7 @@ struct ContactRows {
   MatX W_a, W_b;                      // (6 + r) x 3: H^-1 J^T
   Mat3 D;                             // J H^-1 J^T, 1/kg
   double rho = 0.0;                   // largest eigenvalue of its tangential part, 1/kg
+  std::optional<double> friction;     // absent: that of ContactSolveOptions
 };
 
 struct ContactSolveOptions {
@@ -49,8 +51,9 @@ class ContactSystem {
   ContactSystem(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies);
   /// `tied`: joints that the impulses meet as well (they must outlive the system); null: none.
   void tie(const ConstrainedInverse* tied) { tied_ = tied; }
-  /// A surface vertex of body a at a wall.
-  void add(int a, const ContactPoint& point, const std::vector<ContactBody>& bodies);
+  /// A surface vertex of body a at a wall, with this coefficient of friction.
+  void add(int a, const ContactPoint& point, double friction,
+           const std::vector<ContactBody>& bodies);
 
   std::size_t size() const { return rows_.size(); }
   const std::vector<ContactRows>& rows() const { return rows_; }

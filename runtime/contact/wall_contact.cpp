@@ -63,9 +63,9 @@ std::vector<int> support_of(const std::vector<int>& touching, const std::vector<
 }
 
 /// Separating speeds wanted: −e times the approach where it is faster than the resting speed.
-VecX rebound(const VecX& separating, const WallContactOptions& o) {
+VecX rebound(const VecX& separating, double restitution, const WallContactOptions& o) {
   return separating.unaryExpr(
-      [&](double v) { return v < -o.resting_speed ? -o.restitution * v : 0.0; });
+      [&](double v) { return v < -o.resting_speed ? -restitution * v : 0.0; });
 }
 
 /// Translation out of the walls by the deepest penetration of each side; half-way between two
@@ -115,7 +115,8 @@ VecX apply_impulses(ReducedBody& body, const std::vector<ContactPoint>& contacts
   const MatX tangents = tangent_rows(body, terms, contacts);
   VecX y = generalised_velocity(body, terms);
   const ContactImpulses impulses =
-      push_apart(H, normals, tangents, rebound(normals * y, o), o.friction, y);
+      push_apart(H, normals, tangents, rebound(normals * y, o.at(body).restitution, o),
+                 o.at(body).friction, y);
   const VecX given = generalised_impulse(normals, tangents, impulses);
   accept_velocity(body, y, given.head<3>(), given.segment<3>(3));
   wall_impulse = -given.head<3>();
@@ -124,11 +125,11 @@ VecX apply_impulses(ReducedBody& body, const std::vector<ContactPoint>& contacts
 
 /// Every point that touches, and the others that are close: no point may approach faster than its
 /// gap allows.
-StageContacts velocity_contacts(const std::vector<ContactPoint>& contacts,
+StageContacts velocity_contacts(const std::vector<ContactPoint>& contacts, double restitution,
                                 const WallContactOptions& o) {
   StageContacts out;
   std::vector<double> target;
-  const double fastest = o.restitution > 0.0 ? o.resting_speed : INFINITY;
+  const double fastest = restitution > 0.0 ? o.resting_speed : INFINITY;
   for (const ContactPoint& c : contacts) {
     const bool touches = c.gap <= o.tolerance;
     if (!touches && (o.dt <= 0.0 || c.gap / o.dt > fastest)) continue;
@@ -210,7 +211,7 @@ WallContactResult resolve_wall_contacts(ReducedBody& body, const WallContactOpti
   for (std::size_t k = 0; k < touching.size(); ++k)
     if (contacts[k].gap <= options.tolerance && separating[k] <= kLeaving)
       result.resting.push_back(contacts[k]);
-  result.velocity_stage = velocity_contacts(contacts, options);
+  result.velocity_stage = velocity_contacts(contacts, options.at(body).restitution, options);
   return result;
 }
 

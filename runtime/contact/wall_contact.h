@@ -11,11 +11,15 @@ namespace archetide {
 
 /// The walls of the tank and how bodies meet them.
 struct WallContactOptions {
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // corners of the tank, m
-  Sides closed{};                                // sides that are walls
-  double restitution = 0.0;                      // 0 .. 1
-  double friction = 0.0;                         // Coulomb's coefficient, 0 .. 2
-  double tolerance = 0.0;                        // m; closer points touch, e.g. 1e-3 dx
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();        // corners of the tank, m
+  Sides closed{};                                      // sides that are walls
+  double restitution = 0.0;                            // 0 .. 1
+  double friction = 0.0;                               // Coulomb's coefficient, 0 .. 2
+  ContactMaterial at(const ReducedBody& body) const {  // where the body meets them
+    const ContactMaterial wall{restitution, friction};
+    return between(wall, body.contact.value_or(wall));
+  }
+  double tolerance = 0.0;  // m; closer points touch, e.g. 1e-3 dx
   double resting_speed =
       0.0;  // m/s; slower approaches do not bounce, e.g. max(sqrt(2 g tolerance), 2 g dt)
   /// Step that the impulses act over, s: modes respond through M_hat of the velocity stage, so that

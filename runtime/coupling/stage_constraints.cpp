@@ -64,7 +64,7 @@ StageConstraints::StageConstraints(const CouplingOptions& options, double dt,
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const StageContacts& walls = results[b].contacts;
       for (const ContactPoint& point : walls.points)
-        system_.add(static_cast<int>(b), point, masses);
+        system_.add(static_cast<int>(b), point, options.walls.at(*bodies[b].body).friction, masses);
       target_.conservativeResize(target_.size() + walls.target.size());
       target_.tail(walls.target.size()) = walls.target;
     }
@@ -128,7 +128,8 @@ void StageConstraints::hold() {
   for (std::size_t k = 0; k < system_.size(); ++k) {
     if (lambda_[k][0] <= 0.0) continue;
     const ContactRows& c = system_.rows()[k];
-    const bool sticks = lambda_[k].tail<2>().norm() < kSticks * solve_.friction * lambda_[k][0];
+    const double friction = c.friction.value_or(solve_.friction);
+    const bool sticks = lambda_[k].tail<2>().norm() < kSticks * friction * lambda_[k][0];
     const int m = !wet() ? 0 : sticks ? 3 : 1;
     if (m > 0) {
       rows.push_back({c.a, c.b, c.J_a.topRows(m), MatX(), held_speed(k).head(m)});

@@ -99,7 +99,7 @@ SolveReport Coupling::solve_held(Stage stage, double dt, const std::vector<Stage
     if (!held[b].meets_walls()) continue;
     coupled[b].y = held[b].free_velocity(coupled[b]);
     push_apart(results[b].motion.H, held[b].rows, held[b].tangents, results[b].contacts.target,
-               options_.walls.friction, coupled[b].y);
+               options_.walls.at(*bodies[b].body).friction, coupled[b].y);
   }
   return total;
 }

@@ -143,6 +143,7 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
           memory_at_the_lid(o, simulation.grid(), simulation.all_bodies())};
   for (const std::string& text : coarser_surfaces(simulation.all_bodies(), simulation.skins()))
     lines.push_back("surface    the water meets of " + text + " triangles");
+  for (const std::string& note : setup.notes) lines.push_back("note       " + note);
   for (std::string& line : unresolved_lines(o, simulation.all_bodies()))
     lines.push_back(std::move(line));
   return lines;

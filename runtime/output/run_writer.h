@@ -31,6 +31,7 @@ struct RunSetup {
   double fps = 24.0;         // frames per second of scene time
   std::vector<std::string> frames = {"surface.ply", "bodies.vtp"};  // subset of frame_kinds()
   std::vector<std::string> body_names;  // one per body, or empty: the archetype's name
+  std::vector<std::string> notes = {};  // lines of the run's header
   int threads = 1;
   bool quiet = false;  // no progress on stderr (run.log is always written)
   /// From a checkpoint: goes on in the same folder (tables and frames are cut to it), or, `fork`,

@@ -16,7 +16,7 @@ template <class Visit>
 void for_each_use(const SceneSpec& scene, const Visit& visit) {
   for (const BodySpec& body : scene.bodies) visit(body.archetype, body.where);
   for (const ScatterSpec& scatter : scene.scatters)
-    visit(scatter.body.archetype, scatter.body.where);
+    for (const BodySpec& kind : scatter.kinds) visit(kind.archetype, kind.where);
   for (const SkinSpec& skin : scene.skins) visit(skin.archetype, skin.where);
 }
 
@@ -100,6 +100,8 @@ std::vector<std::string> scene_dependencies(const SceneSpec& scene,
   for (const std::string& archetype : archetype_names(scene))
     files.push_back(library.path(archetype));
   for (const StaticSpec& obstacle : scene.statics) files.push_back(obstacle.mesh);
+  for (const ScatterSpec& scatter : scene.scatters)
+    if (!scatter.mesh.empty()) files.push_back(scatter.mesh);
   if (scene.fluid && !scene.fluid->water.mesh.empty()) files.push_back(scene.fluid->water.mesh);
   std::vector<std::string> unique;
   for (const std::string& file : files) {

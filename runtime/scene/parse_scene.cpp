@@ -121,12 +121,18 @@ Quat parse_rotation(const Section& s, Complaints& bad) {
   return Quat::Identity();
 }
 
-// Keys that a body and the instances of a scatter share.
-BodySpec parse_instance(const Section& s, const SceneSpec& scene) {
+ContactSpec parse_contact(const Section& s) {
+  if (!s.has("contact")) return {};
+  const Section contact = s.section("contact");
+  return {optional_number(contact, "restitution"), optional_number(contact, "friction")};
+}
+
+// Keys that a body and the instances of a scatter share; `key` names the archetype.
+BodySpec parse_instance(const Section& s, const SceneSpec& scene, const std::string& archetype,
+                        const std::string& key = "archetype") {
   BodySpec body;
-  body.where = s.location("archetype");
-  body.archetype = s.string("archetype");
-  if (body.archetype.ends_with(".h5")) body.archetype = resolved(scene, body.archetype);
+  body.where = s.location(key);
+  body.archetype = archetype.ends_with(".h5") ? resolved(scene, archetype) : archetype;
   body.velocity = s.vec3("velocity");
   body.angular_velocity = s.vec3("angular_velocity");
   body.density = optional_number(s, "density");
@@ -135,27 +141,48 @@ BodySpec parse_instance(const Section& s, const SceneSpec& scene) {
   body.modes_where = s.location("modes");
   body.every_node = s.string("deformable") == "full";
   body.deformable_where = s.location("deformable");
+  body.contact = parse_contact(s);
   return body;
 }
 
 BodySpec parse_body(const Section& s, const SceneSpec& scene, Complaints& bad) {
-  BodySpec body = parse_instance(s, scene);
+  BodySpec body = parse_instance(s, scene, s.string("archetype"));
   if (s.has("name")) body.name = s.string("name");
   body.position = s.vec3("position");
   body.rotation = parse_rotation(s, bad);
   return body;
 }
 
+void parse_kinds(const Section& s, const SceneSpec& scene, ScatterSpec& scatter, Complaints& bad) {
+  if (s.has("archetype")) scatter.kinds = {parse_instance(s, scene, s.string("archetype"))};
+  scatter.mixed = s.has("archetypes");
+  if (scatter.mixed)
+    for (const std::string& archetype : s.strings("archetypes"))
+      scatter.kinds.push_back(parse_instance(s, scene, archetype, "archetypes"));
+  if (s.has("archetype") == scatter.mixed || scatter.kinds.empty())
+    bad.push_back(s.error("", "expected either archetype or archetypes",
+                          "archetype = \"torus\", or archetypes = [\"torus\", \"sphere\"]"));
+}
+
+void parse_places(const Section& s, const SceneSpec& scene, ScatterSpec& scatter, Complaints& bad) {
+  if (s.has("mesh")) scatter.mesh = resolved(scene, s.string("mesh"));
+  if (s.has("box") == s.has("mesh")) {
+    bad.push_back(s.error("", "expected either box or mesh", "where the centres of mass may be"));
+    return;
+  }
+  if (!s.has("box")) return;
+  const std::vector<Vec3> corners = s.points("box");
+  if (corners.size() == 2)
+    scatter.box = parse_corners(s, "box", corners[0], corners[1], bad);
+  else
+    bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
+}
+
 ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& bad) {
   ScatterSpec scatter;
-  scatter.body = parse_instance(s, scene);
+  parse_kinds(s, scene, scatter, bad);
   scatter.count = s.integer("count");
-  const std::vector<Vec3> corners = s.points("box");
-  if (corners.size() == 2) {
-    scatter.box = parse_corners(s, "box", corners[0], corners[1], bad);
-  } else {
-    bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
-  }
+  parse_places(s, scene, scatter, bad);
   scatter.random_rotation = s.string("rotation") == "random";
   scatter.seed = static_cast<unsigned>(s.integer("seed"));
   scatter.gap = s.number("gap");
@@ -177,6 +204,7 @@ StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& ba
   obstacle.scale = s.number("scale");
   obstacle.position = s.vec3("position");
   obstacle.rotation = parse_rotation(s, bad);
+  obstacle.contact = parse_contact(s);
   return obstacle;
 }
 

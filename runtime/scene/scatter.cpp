@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/mesh/mesh_sdf.h"
 #include "runtime/scene/random.h"
 
 namespace archetide {
@@ -20,6 +21,12 @@ Quat random_rotation(std::mt19937_64& random) {
   return Quat(c * std::cos(b), s * std::sin(a), s * std::cos(a), c * std::sin(b));
 }
 
+std::string names_of(const ScatterSpec& scatter) {
+  std::string names;
+  for (const BodySpec& kind : scatter.kinds) names += (names.empty() ? "" : ", ") + kind.archetype;
+  return names;
+}
+
 bool is_free(const Vec3& x, double reach, const std::vector<OccupiedBall>& occupied) {
   return std::none_of(occupied.begin(), occupied.end(), [&](const OccupiedBall& ball) {
     return (x - ball.centre).norm() < reach + ball.radius;
@@ -28,26 +35,35 @@ bool is_free(const Vec3& x, double reach, const std::vector<OccupiedBall>& occup
 
 }  // namespace
 
-std::vector<Placement> scatter_places(const ScatterSpec& scatter, double bounding_radius,
+std::vector<Placement> scatter_places(const ScatterSpec& scatter, const std::vector<double>& radii,
+                                      std::size_t first, const TriMesh* within,
                                       std::vector<OccupiedBall>& occupied) {
+  constexpr double kInside = 0.5;  // winding number: 1 inside, 0 outside
   std::mt19937_64 random(scatter.seed);
   std::vector<Placement> places;
+  const auto fits = [&](const Vec3& x, double radius) {
+    return is_free(x, radius + scatter.gap, occupied) &&
+           (!within || winding_number(*within, x) > kInside);
+  };
   while (static_cast<int>(places.size()) < scatter.count) {
+    const std::size_t kind = (first + places.size()) % radii.size();
+    const double radius = radii[kind];
     Placement place;
     int tries = 0;
     do {
       if (++tries > kTriesPerInstance) {
         throw InputError(
-            {{scatter.body.where,
+            {{scatter.kinds[kind].where,
               "only " + std::to_string(places.size()) + " of " + std::to_string(scatter.count) +
-                  " instances of " + scatter.body.archetype + " fit without overlap",
-              "enlarge the box or lower count (bounding radius " + std::to_string(bounding_radius) +
-                  " m, gap " + std::to_string(scatter.gap) + " m)"}});
+                  " instances of " + names_of(scatter) + " fit without overlap",
+              "enlarge the " + std::string(within ? "mesh" : "box") +
+                  " or lower count (bounding radius " + std::to_string(radius) + " m, gap " +
+                  std::to_string(scatter.gap) + " m)"}});
       }
       place.position = uniform_point(scatter.box, random);
-    } while (!is_free(place.position, bounding_radius + scatter.gap, occupied));
+    } while (!fits(place.position, radius));
     if (scatter.random_rotation) place.rotation = random_rotation(random);
-    occupied.push_back({place.position, bounding_radius});
+    occupied.push_back({place.position, radius});
     places.push_back(place);
   }
   return places;

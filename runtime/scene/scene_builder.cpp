@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "common/archetype/complete_basis.h"
 #include "runtime/cut_cells/resolution.h"
@@ -75,17 +76,52 @@ void demand_nodes_alone(const BodySpec& spec, const SceneSpec& scene) {
             ", or give the body modes instead"}});
 }
 
+// Nonlinear modes have the trapezoidal rule only.
+void demand_trapezoid(const BodySpec& spec, const BuiltScene& built) {
+  const ReducedBody& body = built.bodies.back();
+  if (built.options.modal.step == ModalStep::kTrapezoid || body.r == 0 ||
+      !body.archetype->nonlinear())
+    return;
+  throw InputError({{spec.where,
+                     "archetype " + spec.archetype +
+                         " has nonlinear modes, which backward Euler does not advance",
+                     "remove coupling.modal_step, or set modes.kind = \"linear\" in its body "
+                     "file"}});
+}
+
 // A rigid body needs no tets.
 Part part_needed(const BodySpec& spec) { return spec.modes == 0 ? Part::kRuntime : Part::kAll; }
+
+// Once for each archetype.
+void note_cluster(const BodySpec& spec, BuiltScene& built) {
+  const ReducedBody& body = built.bodies.back();
+  if (spec.every_node || !spec.modes || *spec.modes == body.r) return;
+  const std::string note = "modes: " + body.archetype->name + " takes " + std::to_string(body.r) +
+                           ", not " + std::to_string(*spec.modes) +
+                           ": the last of them have equal frequencies, and fewer would make it "
+                           "stiffer in one direction than in another";
+  if (std::find(built.notes.begin(), built.notes.end(), note) == built.notes.end())
+    built.notes.push_back(note);
+}
+
+// Of a body or an obstacle with values of its own.
+std::optional<ContactMaterial> contact_of(const ContactSpec& own, const SimulationOptions& o) {
+  if (!own.restitution && !own.friction) return std::nullopt;
+  return ContactMaterial{own.restitution.value_or(o.restitution),
+                         own.friction.value_or(o.friction)};
+}
 
 void add_body(const BodySpec& spec, ArchetypeLibrary& library, BuiltScene& built,
               double release = 0.0) {
   const Part part = part_needed(spec);
   built.bodies.push_back(instantiate(spec, library.load(spec.archetype, part)));
   if (spec.every_node) set_nodes_free(spec, library, built.bodies.back());
+  demand_trapezoid(spec, built);
+  built.bodies.back().contact = contact_of(spec.contact, built.options);
   const Archetype& archetype = *built.bodies.back().archetype;
   built.body_names.push_back(spec.name.empty() ? archetype.name : spec.name);
   built.release.push_back(release);
+  note_cluster(spec, built);
 }
 
 // The places of a joint in the rest frame of its first body.
@@ -140,6 +176,13 @@ void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
   built.joint_names.push_back("[[joint]] " + std::to_string(number));
 }
 
+BoxSpec box_around(const TriMesh& mesh) {
+  BoxSpec box{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
+  for (const Vec3& x : mesh.vertices)
+    box.low = box.low.cwiseMin(x), box.high = box.high.cwiseMax(x);
+  return box;
+}
+
 // Waves share the box one after the other: each keeps clear only of itself and of what is placed
 // by hand.
 void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltScene& built) {
@@ -147,15 +190,23 @@ void add_scatter(const ScatterSpec& scatter, ArchetypeLibrary& library, BuiltSce
   for (std::size_t b = 0; b < built.bodies.size(); ++b)
     if (built.release[b] == 0.0)
       placed.push_back({built.bodies[b].position, bounding_radius(*built.bodies[b].archetype)});
-  const double radius =
-      bounding_radius(*library.load(scatter.body.archetype, part_needed(scatter.body)));
+  std::vector<double> radii;
+  for (const BodySpec& kind : scatter.kinds)
+    radii.push_back(bounding_radius(*library.load(kind.archetype, part_needed(kind))));
+  ScatterSpec part = scatter;
+  std::optional<TriMesh> within;
+  if (!scatter.mesh.empty()) {
+    within = read_closed_mesh(scatter.mesh);
+    part.box = box_around(*within);
+  }
+  std::size_t instance = 0;
   for (int wave = 0; wave < scatter.waves; ++wave) {
-    ScatterSpec part = scatter;
     part.count = scatter.count * (wave + 1) / scatter.waves - scatter.count * wave / scatter.waves;
     part.seed = scatter.seed + static_cast<unsigned>(wave);
     std::vector<OccupiedBall> occupied = placed;
-    for (const Placement& place : scatter_places(part, radius, occupied)) {
-      BodySpec body = scatter.body;
+    for (const Placement& place :
+         scatter_places(part, radii, instance, within ? &*within : nullptr, occupied)) {
+      BodySpec body = scatter.kinds[instance++ % scatter.kinds.size()];
       body.position = place.position;
       body.rotation = place.rotation;
       add_body(body, library, built, wave * scatter.wave_interval);
@@ -244,6 +295,15 @@ void demand_every_motion(const BodySpec& spec, const Archetype& a) {
 
 }  // namespace
 
+int whole_cluster(const Archetype& a, int modes) {
+  constexpr double kGap = 1e-2;  // of the frequency, as precompute has it
+  const auto vibration = static_cast<int>(std::count(a.is_static.begin(), a.is_static.end(), 0));
+  if (modes <= 0 || modes >= vibration) return modes;
+  int end = modes;
+  while (end < vibration && std::sqrt(a.omega2[end] / a.omega2[end - 1]) < 1.0 + kGap) ++end;
+  return end;
+}
+
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype) {
   if (!archetype->clamped.empty())
     throw InputError(
@@ -270,7 +330,7 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
   ReducedBody body;
   body.mass_scale = spec.density.value_or(archetype->density) / archetype->density;
   body.archetype = std::move(archetype);
-  body.r = spec.modes.value_or(stored);
+  body.r = whole_cluster(*body.archetype, spec.modes.value_or(stored));
   body.q = VecX::Zero(body.r);
   body.q_dot = VecX::Zero(body.r);
   body.position = spec.position;
@@ -296,19 +356,6 @@ void choose_rungs(const SceneSpec& scene, BuiltScene& built) {
   }
 }
 
-/// Nonlinear modes have the trapezoidal rule only.
-void demand_trapezoid(const BodySpec& spec, const BuiltScene& built) {
-  const ReducedBody& body = built.bodies.back();
-  if (built.options.modal.step == ModalStep::kTrapezoid || body.r == 0 ||
-      !body.archetype->nonlinear())
-    return;
-  throw InputError({{spec.where,
-                     "archetype " + spec.archetype +
-                         " has nonlinear modes, which backward Euler does not advance",
-                     "remove coupling.modal_step, or set modes.kind = \"linear\" in its body "
-                     "file"}});
-}
-
 }  // namespace
 
 BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
@@ -327,17 +374,18 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     collect([&] {
       demand_nodes_alone(spec, scene);
       add_body(spec, library, built);
-      demand_trapezoid(spec, built);
     });
   if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] {
-      demand_nodes_alone(spec.body, scene);
+      for (const BodySpec& kind : spec.kinds) demand_nodes_alone(kind, scene);
       add_scatter(spec, library, built);
-      demand_trapezoid(spec.body, built);
     });
   for (const StaticSpec& spec : scene.statics) {
-    collect([&] { built.obstacles.push_back(build_obstacle(spec, built.options)); });
+    collect([&] {
+      built.obstacles.push_back(build_obstacle(spec, built.options));
+      built.options.obstacles.push_back(contact_of(spec.contact, built.options));
+    });
   }
   if (bad.empty())
     for (std::size_t n = 0; n < scene.joints.size(); ++n)

@@ -22,6 +22,7 @@ struct BuiltScene {
   std::vector<std::string> joint_names;  // one per joint
   std::vector<Actuator> actuators;       // of [[force]]s
   std::vector<SkinnedBodies> skins;      // the same
+  std::vector<std::string> notes;        // what the user should know, a line each
 };
 
 /// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit
@@ -31,8 +32,13 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library);
 /// The tank, the water and the method's options alone.
 SimulationOptions simulation_options(const SceneSpec& scene);
 
-/// One instance: pose, mass, P = m v, L = I w, modes at rest. Throws InputError when it asks for
-/// more modes than are stored.
+/// `modes` of the archetype, and those stored beyond them that have the frequency of the last: the
+/// directions within such a cluster are arbitrary, and a part of it is stiffer in some than in
+/// others.
+int whole_cluster(const Archetype& archetype, int modes);
+
+/// One instance: pose, mass, P = m v, L = I w, modes (whole_cluster) at rest. Throws InputError when
+/// it asks for more modes than are stored.
 ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> archetype);
 
 /// build_scene, initial_fluid and the simulation itself.

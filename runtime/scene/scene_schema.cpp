@@ -246,11 +246,27 @@ Keys coupling_keys() {
            .meaning = "when a solve does not converge"}};
 }
 
+Keys contact_keys(const std::string& table) {
+  return {{.path = table + ".contact",
+           .type = kTable,
+           .fallback = "absent",
+           .meaning = "absent = that of [contact]; where two meet, the larger restitution and the "
+                      "geometric mean of the friction"},
+          {.path = table + ".contact.restitution",
+           .range = between(0, 1),
+           .fallback = "absent",
+           .meaning = "absent = that of [contact]"},
+          {.path = table + ".contact.friction",
+           .range = between(0, 10),
+           .fallback = "absent",
+           .meaning = "absent = that of [contact]"}};
+}
+
 // Keys that a body and the instances of a scatter share.
-Keys instance_keys(const std::string& table) {
+Keys instance_keys(const std::string& table, const std::string& archetype = "required") {
   return {{.path = table + ".archetype",
            .type = kString,
-           .fallback = "required",
+           .fallback = archetype,
            .meaning = "name of an archetype, or path of one ending in .h5, relative to this file"},
           {.path = table + ".velocity",
            .type = kVec3,
@@ -317,7 +333,11 @@ Keys scatter_keys() {
       {.path = "scatter[]",
        .type = kTables,
        .fallback = "absent",
-       .meaning = "many instances of one archetype, bounding spheres apart"},
+       .meaning = "many instances of one or more archetypes, bounding spheres apart"},
+      {.path = "scatter[].archetypes",
+       .type = kStrings,
+       .fallback = "absent",
+       .meaning = "instead of archetype: several, which the instances take in turn"},
       {.path = "scatter[].count",
        .type = kInteger,
        .range = between(1, 1000000),
@@ -326,8 +346,13 @@ Keys scatter_keys() {
       {.path = "scatter[].box",
        .type = kPoints,
        .unit = "m",
-       .fallback = "required",
+       .fallback = "absent",
        .meaning = "two corners of the box of the centres of mass"},
+      {.path = "scatter[].mesh",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "instead of box: a closed surface (OBJ, OFF, PLY, STL) that the centres of mass "
+                  "lie in, relative to this file"},
       {.path = "scatter[].rotation",
        .type = kString,
        .fallback = "\"random\"",
@@ -673,9 +698,10 @@ const Schema& scene_schema() {
     Keys keys;
     for (const Keys& part :
          {run_keys(), fluid_keys(), marker_keys(), coupling_keys(), body_keys(),
-          instance_keys("body[]"), rotation_keys("body[]"), scatter_keys(),
-          instance_keys("scatter[]"), surroundings_keys(), rotation_keys("static[]"), joint_keys(),
-          force_keys(), skin_keys(), rotation_keys("skin[]"), result_keys()}) {
+          instance_keys("body[]"), contact_keys("body[]"), rotation_keys("body[]"), scatter_keys(),
+          instance_keys("scatter[]", "absent"), contact_keys("scatter[]"), surroundings_keys(),
+          contact_keys("static[]"), rotation_keys("static[]"), joint_keys(), force_keys(),
+          skin_keys(), rotation_keys("skin[]"), result_keys()}) {
       append(keys, part);
     }
     return Schema("*.scene.toml", keys);

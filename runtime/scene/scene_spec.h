@@ -51,6 +51,11 @@ struct FluidSpec {
   Vec3 high() const { return origin + cell * cells.cast<double>(); }
 };
 
+/// What a body or an obstacle has instead of the scene's [contact].
+struct ContactSpec {
+  std::optional<double> restitution, friction;
+};
+
 /// One [[body]], or what all instances of a [[scatter]] share.
 struct BodySpec {
   SourceLocation where;                  // of the archetype key
@@ -64,13 +69,16 @@ struct BodySpec {
   std::optional<int> modes;              // absent: all that are stored
   bool every_motion = false;             // modes = "full": they must span every motion of the tets
   bool every_node = false;               // deformable = "full": a body of nodes
+  ContactSpec contact;
   SourceLocation modes_where, deformable_where;
 };
 
 struct ScatterSpec {
-  BodySpec body;  // archetype, velocity, density, modes, deformable of every instance
+  std::vector<BodySpec> kinds;  // one or more, of its instances in turn: they differ in archetype
+  bool mixed = false;           // given as `archetypes`
   int count = 0;
-  BoxSpec box;  // of the centres of mass
+  BoxSpec box;       // of the centres of mass
+  std::string mesh;  // closed surface that they keep inside of, or "": none
   bool random_rotation = true;
   unsigned seed = 1;
   double gap = 0.0;  // between bounding spheres, m
@@ -85,6 +93,7 @@ struct StaticSpec {
   double scale = 1.0;
   Vec3 position = Vec3::Zero();  // of the mesh's origin, m
   Quat rotation = Quat::Identity();
+  ContactSpec contact;
 };
 
 /// One [[joint]]; its points are the union of what is given.

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "common/archetype/archetype.h"
+#include "runtime/solid/contact_material.h"
 
 namespace archetide {
 
@@ -40,6 +42,7 @@ struct ReducedBody {
   std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
   // Of its archetype, the surface that the water meets; null: the body's own.
   const SurfaceRung* rung = nullptr;
+  std::optional<ContactMaterial> contact = std::nullopt;  // absent: that of the scene
 
   int dofs() const { return 6 + r; }
 };

@@ -96,6 +96,23 @@ TEST(Incline, BlockSlidesOrSticksByCoulombsLaw) {
   }
 }
 
+// The pair's friction is the geometric mean of the two, whatever the scene's is.
+TEST(Incline, BodyAndSlopeHaveFrictionOfTheirOwn) {
+  const SlopeCase& c = kSlopes[3];
+  SimulationOptions o = vacuum(kGravity);
+  o.friction = 0.9;
+  o.obstacles = {ContactMaterial{0.0, 4.0 * c.friction}};
+  const double angle = c.degrees * std::numbers::pi / 180.0;
+  const Vec3 up(std::sin(angle), 0, std::cos(angle)), down(std::cos(angle), 0, -std::sin(angle));
+  ReducedBody block = box(Vec3(0.2, 0.2, 0.1), 0.05 * up);
+  block.rotation = Eigen::AngleAxisd(angle, Vec3::UnitY());
+  block.contact = ContactMaterial{0.0, 0.25 * c.friction};
+  Simulation s(o, FluidState(), {block}, {slope(c.degrees)});
+  for (int n = 0; n < 100; ++n) s.step(0.01);
+  EXPECT_NEAR((s.bodies()[0].position - block.position).dot(down), c.block_travel,
+              1e-4 * c.block_travel + 1e-6);
+}
+
 TEST(Incline, BallRollsDown) {
   for (const SlopeCase& c : {kSlopes[2], kSlopes[5]}) {
     SimulationOptions o = vacuum(kGravity);

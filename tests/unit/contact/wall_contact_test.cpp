@@ -117,6 +117,24 @@ TEST(Impact, GivesTheWallExactlyTheMomentumThatTheBodyLoses) {
   }
 }
 
+// A ball bounces by the larger restitution of the two, its own or the wall's.
+TEST(Impact, BodyBouncesByItsOwnMaterial) {
+  const auto ball = rigid_surface_archetype(icosphere(3, 0.1), 1000.0);
+  const auto rebound = [&](std::optional<ContactMaterial> own) {
+    ReducedBody body = make_body(ball, 0);
+    body.position = Vec3(0.5, 0.5, 0.0999);
+    body.P = Vec3(0, 0, -2.0 * body_mass(body));
+    body.contact = own;
+    WallContactOptions o = unit_tank();
+    o.restitution = 0.3;
+    resolve_wall_contacts(body, o);
+    return body.P.z() / body_mass(body);
+  };
+  EXPECT_NEAR(rebound(std::nullopt), 0.6, 1e-12);
+  EXPECT_NEAR(rebound(ContactMaterial{0.9, 0.0}), 1.8, 1e-12);
+  EXPECT_NEAR(rebound(ContactMaterial{0.0, 0.0}), 0.6, 1e-12);
+}
+
 TEST(Impact, LeavesNoPointApproachingAndNoneBeyondTheWall) {
   const SyntheticBody synthetic = random_archetype(9, 5);
   ReducedBody body = falling_blob(synthetic);

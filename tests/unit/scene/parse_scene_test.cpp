@@ -67,6 +67,7 @@ angular_velocity = [1, 2, 3]
 density = 300
 modes = 7
 deformable = "modes"
+contact = { restitution = 0.9, friction = 0.05 }
 [[scatter]]
 archetype = "../special/star.h5"
 count = 3
@@ -80,8 +81,14 @@ angular_velocity = [0, 1, 0]
 density = 200
 modes = "all"
 deformable = "full"
+contact = { restitution = 0.8, friction = 0.2 }
+[[scatter]]
+archetypes = ["torus", "../special/star.h5"]
+count = 5
+mesh = "../meshes/cloud.obj"
 [[static]]
 mesh = "../meshes/rocks.obj"
+contact = { restitution = 0.1, friction = 0.7 }
 scale = 2.0
 position = [1, 1, 1]
 rotation = { axis = [1, 0, 0], degrees = 180 }
@@ -206,14 +213,21 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_FALSE(body.every_node);
 
   const ScatterSpec& scatter = s.scatters.at(0);
-  EXPECT_EQ(scatter.body.archetype, "special/star.h5");  // a path, relative to the scene file
+  EXPECT_EQ(scatter.kinds.at(0).archetype,
+            "special/star.h5");  // a path, relative to the scene file
   EXPECT_EQ(scatter.count, 3);
   EXPECT_FALSE(scatter.random_rotation);
   EXPECT_EQ(scatter.seed, 7u);
   EXPECT_EQ(scatter.gap, 0.01);
-  EXPECT_EQ(scatter.body.modes, std::nullopt);
-  EXPECT_TRUE(scatter.body.every_node);
+  EXPECT_EQ(scatter.kinds[0].modes, std::nullopt);
+  EXPECT_TRUE(scatter.kinds[0].every_node);
   EXPECT_EQ(scatter.waves, 2);
+  EXPECT_EQ(scatter.kinds[0].contact.friction, 0.2);
+  EXPECT_EQ(s.statics.at(0).contact.friction, 0.7);
+  const ScatterSpec& mixed = s.scatters.at(1);
+  EXPECT_EQ(mixed.kinds.at(0).archetype, "torus");
+  EXPECT_EQ(mixed.kinds.at(1).archetype, "special/star.h5");
+  EXPECT_EQ(mixed.mesh, "meshes/cloud.obj");
   EXPECT_EQ(scatter.wave_interval, 0.4);
   EXPECT_FALSE(s.body_contact);  // contact.bodies = false
 

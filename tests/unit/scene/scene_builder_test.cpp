@@ -499,6 +499,44 @@ TEST_F(BuildScene, ScatterThatDoesNotFitSaysHowManyDid) {
   expect_contains(text, "of 50 instances of tetra fit");
 }
 
+TEST_F(BuildScene, ScatterTakesItsKindsInTurnThroughAllWaves) {
+  write_archetype(folder_ / "other.h5", tetrahedron_archetype("other"));
+  const BuiltScene built = build(
+      "[[scatter]]\narchetypes = [\"tetra\", \"other\"]\ncount = 5\nbox = [[0, 0, 0], [9, 9, 9]]\n"
+      "waves = { count = 2, every = 0.5 }\n");
+  ASSERT_EQ(built.bodies.size(), 5u);
+  for (std::size_t b = 0; b < 5; ++b)
+    EXPECT_EQ(built.body_names[b], b % 2 == 0 ? "tetra" : "other") << b;
+  EXPECT_EQ(built.release[1], 0.0);
+  EXPECT_EQ(built.release[2], 0.5);
+}
+
+TEST_F(BuildScene, ScatterFillsAMesh) {
+  // A tetrahedron: a sixth of its box.
+  folder_.write("corner.obj",
+                "v 0 0 0\nv 12 0 0\nv 0 12 0\nv 0 0 12\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const BuiltScene built =
+      build("[[scatter]]\narchetype = \"tetra\"\ncount = 6\nmesh = \"corner.obj\"\n");
+  ASSERT_EQ(built.bodies.size(), 6u);
+  for (const ReducedBody& body : built.bodies) {
+    EXPECT_GT(body.position.minCoeff(), 0.0);
+    EXPECT_LT(body.position.sum(), 12.0);
+  }
+}
+
+TEST(WholeCluster, TakesModesOfEqualFrequency) {
+  Archetype a;
+  a.omega2 = VecX{{1.0, 4.0, 4.01, 4.02, 9.0, 9.0, 1.0}};
+  a.is_static = {0, 0, 0, 0, 0, 0, 1};
+  EXPECT_EQ(whole_cluster(a, 0), 0);
+  EXPECT_EQ(whole_cluster(a, 1), 1);
+  EXPECT_EQ(whole_cluster(a, 2), 4);
+  EXPECT_EQ(whole_cluster(a, 4), 4);
+  EXPECT_EQ(whole_cluster(a, 5), 6);
+  EXPECT_EQ(whole_cluster(a, 6), 6);
+  EXPECT_EQ(whole_cluster(a, 7), 7);
+}
+
 TEST(RandomRotation, IsUniform) {
   // Mean of R x over uniform rotations is 0 with variance 1/3 per component: 4000 samples give a
   // standard deviation of 0.009; 5 sigma. Measured 0.009.
@@ -507,7 +545,7 @@ TEST(RandomRotation, IsUniform) {
   scatter.box = {Vec3::Zero(), Vec3::Ones()};
   std::vector<OccupiedBall> occupied;
   Vec3 mean = Vec3::Zero();
-  for (const Placement& p : scatter_places(scatter, 0.0, occupied)) {
+  for (const Placement& p : scatter_places(scatter, {0.0}, 0, nullptr, occupied)) {
     EXPECT_NEAR(p.rotation.norm(), 1.0, 1e-14);
     mean += p.rotation * Vec3::UnitX() / scatter.count;
   }
