@@ -335,31 +335,27 @@ list:
 	  printf 'scene  %-20s %s\n' "$$n" "$$($(call archetide_status,$(OUT)/runs/$$n/done.stamp))"; done
 endif
 
-# make -f pipeline.mk new-body M=path/duck.obj [NAME=duck]
-# The words come through the environment, so that the shell does not read them as commands.
+# make -f pipeline.mk new-body M=path/duck.obj [NAME=duck] [SCALE=0.01] [DENSITY=500]
+# The words come through the environment, so that the shell does not read them as commands. The mesh is copied when there
+# is a body file for it.
 new-body: export ARCHETIDE_MESH = $(M)
 new-body: export ARCHETIDE_NAME = $(NAME)
-new-body:
-	@mesh=$$(basename "$$ARCHETIDE_MESH"); name=$${ARCHETIDE_NAME:-$${mesh%.*}}; \
+new-body: export ARCHETIDE_SCALE = $(SCALE)
+new-body: export ARCHETIDE_DENSITY = $(DENSITY)
+new-body: | $(ARCHETIDE_PRECOMPUTE)
+	@mesh=$$(basename -- "$$ARCHETIDE_MESH"); name=$${ARCHETIDE_NAME:-$${mesh%.*}}; \
 	[ -n "$$ARCHETIDE_MESH" ] || { echo "new-body: say which mesh: new-body M=duck.obj" >&2; exit 2; }; \
 	[ -f "$$ARCHETIDE_MESH" ] || { echo "new-body: $$ARCHETIDE_MESH: no such file" >&2; exit 2; }; \
 	for word in "$$mesh" "$$name"; do $(call archetide_plain,"$$word") || { \
 	  echo "new-body: $$word: make cannot handle this file name; $(ARCHETIDE_RENAME)" >&2; exit 2; }; done; \
 	folder='$(ASSETS)/bodies'; recipe="$$folder/$$name.body.toml"; copy="$$folder/$$mesh"; mkdir -p "$$folder"; \
-	[ ! -e "$$recipe" ] || { echo "new-body: $$recipe is there already" >&2; exit 2; }; \
-	[ "$$ARCHETIDE_MESH" -ef "$$copy" ] || [ ! -e "$$copy" ] || { \
-	  echo "new-body: $$copy is another mesh" >&2; exit 2; }; \
-	[ "$$ARCHETIDE_MESH" -ef "$$copy" ] || cp -- "$$ARCHETIDE_MESH" "$$copy" || exit 5; \
-	printf '%s\n' \
-	  '# What it is. Every key: archetide-precompute schema' \
-	  'schema = 1' \
-	  "mesh = \"$$mesh\"" \
-	  'scale = 1.0                       # mesh units to metres' \
-	  'tet = { mesher = "cgal", target = 4_000 }' \
-	  'material = { density = 500.0, young = 5e4, poisson = 0.4 }' \
-	  'damping = { alpha = 0.0, beta = 0.005 }' \
-	  'modes = { count = 10 }' >"$$recipe"; \
-	echo "new-body: wrote $$recipe; edit it, then: make -f $(ARCHETIDE_SELF) bodies"
+	[ ! -e "$$recipe" ] || { echo "new-body: $$recipe is there already; remove it for another proposal" >&2; exit 2; }; \
+	[ ! -e "$$copy" ] || cmp -s -- "$$ARCHETIDE_MESH" "$$copy" || { echo "new-body: $$copy is another mesh" >&2; exit 2; }; \
+	set -- -o "$$recipe" --mesh-name="$$mesh" $${ARCHETIDE_SCALE:+"--scale=$$ARCHETIDE_SCALE"} \
+	  $${ARCHETIDE_DENSITY:+"--density=$$ARCHETIDE_DENSITY"} -t 1 -- "$$ARCHETIDE_MESH"; \
+	'$(ARCHETIDE_PRECOMPUTE)' propose "$$@" || exit; \
+	[ -e "$$copy" ] || cp -- "$$ARCHETIDE_MESH" "$$copy" || { rm -f -- "$$copy" "$$recipe"; exit 5; }; \
+	echo "new-body: wrote $$recipe; edit it if you like, then: make -f $(ARCHETIDE_SELF) bodies"
 
 # Programs and the demo. Archetypes and runs cost time: delete OUT by hand.
 clean:
@@ -376,7 +372,8 @@ help:
 	@echo '               SCENES="tub tori50"; BODIES=paper: with as many linear tets as the paper'
 	@echo '  scorecard    every figure with a known answer, error against CPU seconds: OUT/scorecard.csv, OUT/scorecard.html'
 	@echo '  measurements everything measured, as docs/measurements.md; QUICK=1: what takes seconds, SLOW=1: what takes hours too'
-	@echo '  new-body     M=duck.obj: a body file to edit      check-scenes validate all scenes, run the stale ones'
+	@echo '  new-body     M=duck.obj [SCALE=0.01] [DENSITY=1000]: looks at a mesh and writes a body file that builds'
+	@echo '  check-scenes validates all scenes, runs the stale ones'
 	@echo '  hard         40 hard cases, with a table           QUICK=1      of them those that take seconds'
 	@echo '  nightly      check, every slow test, the whole scorecard and the attacks below; takes hours'
 	@echo '  fuzz         random inputs for every reader, FUZZ_SECONDS=60 each, TARGETS="ply scene"'

@@ -16,10 +16,12 @@ void Log::print(const std::string& text) {
   if (file_.is_open()) file_ << text << std::endl;
 }
 
-void Log::warn(const std::string& text) { print("warning: " + text); }
+void Log::warn(const std::string& text) {
+  if (level_ != Level::kSilent) print("warning: " + text);
+}
 
 void Log::say(const std::string& text) {
-  if (level_ != Level::kQuiet) print(text);
+  if (level_ >= Level::kNormal) print(text);
 }
 
 void Log::detail(const std::string& text) {

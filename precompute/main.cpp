@@ -16,6 +16,7 @@
 #include "common/base/check.h"
 #include "common/base/input_error.h"
 #include "common/base/keep_memory.h"
+#include "common/base/matter.h"
 #include "common/files/atomic_file.h"
 #include "common/params/cli.h"
 #include "precompute/base/defects.h"
@@ -24,15 +25,17 @@
 #include "precompute/inspect/inspect.h"
 #include "precompute/inspect/report.h"
 #include "precompute/mesh_text.h"
+#include "precompute/propose.h"
 
 namespace archetide {
 namespace {
 
 struct CommandLine {
-  std::string input, output, depfile, defects, log_file;
+  std::string input, output, depfile, defects, log_file, mesh_name;
   std::vector<std::string> archetypes;
   int threads = 1;
   double time_limit = TetrahedralizeOptions().cpu_seconds;
+  double scale = ProposeRequest().scale, density = ProposeRequest().density;
   int mode = 0;
   double amplitude = -1.0;  // m; negative: a tenth of the body's size
   bool verbose = false, quiet = false, json = false, markdown = false;
@@ -64,6 +67,9 @@ std::string examples_of(const std::string& verb) {
       {"report",
        {"report out/archetypes/torus.h5 -o torus.html",
         "report out/archetypes/torus.h5 out/archetypes/sphere.h5 -o bodies.html"}},
+      {"propose",
+       {"propose duck.obj -o duck.body.toml",
+        "propose duck.obj --scale 0.01 --density 1000 >duck.body.toml"}},
       {"schema", {"schema", "schema --md"}}};
   std::string text = "\nExamples:\n";
   for (const std::string& words : kExamples.at(verb))
@@ -107,6 +113,14 @@ extern "C" void stop(int) {
   ::_exit(kExitStopped);
 }
 
+/// From here on a signal stops the program cleanly; `output` is written when all is done.
+void stop_cleanly(const std::string& output) {
+  if (!output.empty()) unfinished = output + ".part";
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
+  if (std::signal(SIGHUP, stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as nohup wants
+}
+
 /// The requested make fragment: made before the work, which a name that make cannot handle
 /// would waste, and written after it.
 class Depfile {
@@ -134,10 +148,7 @@ Recipe recipe_of(const CommandLine& c) {
 }
 
 void build(const CommandLine& c, Log& log) {
-  unfinished = c.output + ".part";
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
-  if (std::signal(SIGHUP, stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as nohup wants
+  stop_cleanly(c.output);
   const Recipe recipe = recipe_of(c);
   const Depfile depfile(c, recipe);
   { const AtomicFile writable(c.output); }  // complain before the work, not after it
@@ -212,6 +223,44 @@ void export_tets(const CommandLine& c, Log& log) {
     write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
   }
   log.say(c.output + ": " + std::to_string(a.tets.tets.size()) + " tets");
+}
+
+/// The mesh as a body file beside `output` names it.
+std::string mesh_name_of(const CommandLine& c) {
+  if (!c.mesh_name.empty()) return c.mesh_name;
+  if (c.output.empty()) return c.input;
+  const std::filesystem::path folder = std::filesystem::path(c.output).parent_path();
+  return std::filesystem::proximate(c.input, folder.empty() ? "." : folder).string();
+}
+
+ProposeRequest request_of(const CommandLine& c) {
+  ProposeRequest request{c.input, mesh_name_of(c), c.output, c.scale, c.density, c.time_limit};
+  if (c.output.empty())
+    request.body = std::filesystem::path(c.input).replace_extension(".body.toml").string();
+  return request;
+}
+
+constexpr char kProposeAgain[] =
+    "\n  young depends on it: propose again with --scale (new-body: SCALE=)";
+
+void propose(const CommandLine& c, Log& log) {
+  if (!c.output.empty()) {
+    if (std::filesystem::exists(std::filesystem::symlink_status(c.output)))
+      throw InputError(c.output + " is there already", "remove it, or take another name");
+    const AtomicFile writable(c.output);  // complain before the work, not after it
+  }
+  stop_cleanly(c.output);
+  Profile profile;
+  const Proposal proposal = propose_body(request_of(c), log, profile);
+  if (!proposal.warning.empty()) log.warn(proposal.warning + kProposeAgain);
+  log.detail(phase_table(profile));
+  if (c.output.empty()) {
+    log.say(proposal.summary);
+    std::cout << proposal.text;
+    return;
+  }
+  write_file_atomically(c.output, proposal.text);
+  std::cout << proposal.summary;
 }
 
 void print_schema(const CommandLine& c, Log&) {
@@ -296,6 +345,22 @@ void add_verbs(CLI::App& app, CommandLine& c, Verb& chosen) {
   report_verb.add_option("archetypes", c.archetypes, "archetypes, OUT.h5")->required();
   report_verb.add_option("-o,--output", c.output, "page to write, report.html")->required();
 
+  CLI::App& propose_verb = add_verb(
+      app, "propose", "Look at a mesh and write a body file that builds", propose, c, chosen);
+  propose_verb.add_option("mesh", c.input, "surface or tets, of one closed solid")->required();
+  propose_verb.add_option("-o,--output", c.output,
+                          "body file to write, NAME.body.toml, not there yet (default: stdout)");
+  propose_verb.add_option("--scale", c.scale, "from mesh units to metres")
+      ->check(positive_number())
+      ->capture_default_str();
+  propose_verb.add_option("--density", c.density, "kg/m^3; water has 1000")
+      ->check(positive_number())
+      ->check(CLI::Range(kLeastDensity, kLargestDensity))
+      ->capture_default_str();
+  propose_verb.add_option("--mesh-name", c.mesh_name,
+                          "what the body file calls the mesh (default: its path from there)");
+  add_time_limit(propose_verb, c);
+
   CLI::App& schema_verb =
       add_verb(app, "schema", "List every key of a body file", print_schema, c, chosen);
   CLI::Option* json = schema_verb.add_flag("--json", c.json, "as JSON");
@@ -335,8 +400,8 @@ InputError explain(const CLI::ParseError& error, const CLI::App& app) {
   const std::vector<std::string> known = option_names(chosen.empty() ? app : *chosen.front());
   for (const std::string& word : words) {
     const std::string name = word.substr(0, word.find('='));
-    const bool mistyped =
-        name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end();
+    const bool mistyped = name.starts_with("--") && name != "--" &&
+                          std::find(known.begin(), known.end(), name) == known.end();
     if (mistyped) return InputError("unknown option '" + name + "'", did_you_mean(name, known));
   }
   return InputError(error.what(), "see archetide-precompute --help");

@@ -102,9 +102,9 @@ VecX residuals(const SparseMatrix& K, const SparseMatrix& mass, const VecX& omeg
 void require_accuracy(const ModesResult& result, double limit) {
   for (Eigen::Index k = 0; k < result.vibration_modes(); ++k)
     if (!(result.residuals[k] <= limit))
-      throw NumericsError(join("residual check: mode ", k + 1,
-                               " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
-                               ", more than modes.residual = ", limit));
+      throw ResidualTooLarge(join("residual check: mode ", k + 1,
+                                  " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
+                                  ", more than modes.residual = ", limit));
   if (!(result.orthonormality <= kOrthonormality))
     throw NumericsError(join("orthonormality check: |Phi^T M Phi - 1| = ", result.orthonormality,
                              ", more than ", kOrthonormality));

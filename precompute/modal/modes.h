@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/archetype/archetype.h"
+#include "common/base/input_error.h"
 #include "common/base/profile.h"
 #include "precompute/modal/elasticity.h"
 #include "precompute/modal/static_responses.h"
@@ -64,6 +65,11 @@ struct ModesResult {
   int operator_calls = 0;       // solves with the factor
 
   int vibration_modes() const { return int(omega2.size()) - static_count; }
+};
+
+/// A mode has a larger residual than ModesOptions allow: by round-off, in slender bodies above all.
+struct ResidualTooLarge : NumericsError {
+  using NumericsError::NumericsError;
 };
 
 /// `mesh` must have its centre of mass at the origin (move_to_centre_of_mass). Phases go to

@@ -114,10 +114,29 @@ TEST_F(Pipeline, NewBodyMakesOnlyWhatBodiesCanBuild) {
   EXPECT_TRUE(holds(make("new-body M=tier.obj NAME='a b'"), "new-body: a b: make cannot handle"));
   EXPECT_EQ(code_, 2);
   EXPECT_FALSE(ran());
-  make("new-body M=tier.obj NAME=cow");
-  EXPECT_EQ(code_, 0);
-  EXPECT_TRUE(fs::exists(top_ / "a/bodies/cow.body.toml"));
-  EXPECT_TRUE(holds(make("bodies"), "<build><a/bodies/cow.body.toml>"));
+  const std::string text = make("new-body M=tier.obj NAME=cow SCALE='`touch ran`'");
+  EXPECT_EQ(code_, 0) << text;
+  EXPECT_TRUE(holds(text,
+                    "<propose><-o><a/bodies/cow.body.toml><--mesh-name=tier.obj>"
+                    "<--scale=`touch ran`><-t><1><--><tier.obj>"))
+      << text;
+  EXPECT_FALSE(ran());
+  EXPECT_TRUE(fs::exists(top_ / "a/bodies/tier.obj"));
+}
+
+TEST_F(Pipeline, NewBodyLeavesNoMeshWithoutABodyFile) {
+  write("tier.obj", "one");
+  write("bin/archetide-precompute", "#!/bin/sh\nexit 3\n");
+  make("new-body M=tier.obj");
+  EXPECT_EQ(code_, 2);
+  EXPECT_FALSE(fs::exists(top_ / "a/bodies/tier.obj"));
+  write("a/bodies/tier.obj", "another");
+  EXPECT_TRUE(holds(make("new-body M=tier.obj"), "new-body: a/bodies/tier.obj is another mesh"));
+  EXPECT_EQ(code_, 2);
+  write("a/bodies/tier.obj", "one");
+  make("new-body M=a/bodies/tier.obj");
+  EXPECT_EQ(code_, 2);
+  EXPECT_TRUE(fs::exists(top_ / "a/bodies/tier.obj"));  // it was there before
 }
 
 }  // namespace

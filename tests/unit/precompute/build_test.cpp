@@ -16,16 +16,8 @@
 namespace archetide {
 namespace {
 
+using testing_meshes::as_off;
 using testing_meshes::ScratchFolder;
-
-std::string as_off(const TriMesh& m) {
-  std::ostringstream text;
-  text.precision(17);
-  text << "OFF " << m.vertices.size() << ' ' << m.triangles.size() << " 0\n";
-  for (const Vec3& x : m.vertices) text << x.transpose() << '\n';
-  for (const Vec3i& t : m.triangles) text << "3 " << t.transpose() << '\n';
-  return text.str();
-}
 
 std::string body_text(const std::string& mesh,
                       const std::string& more = "modes = { count = 5 }\n") {

@@ -47,7 +47,7 @@ TEST(CommandLine, EndsHoweverLittleAddressSpaceThereIs) {
 }
 
 TEST(CommandLine, EachVerbHasExamplesOfItsOwn) {
-  for (const std::string verb : {"build", "check", "info", "export", "report", "schema"})
+  for (const std::string verb : {"build", "check", "info", "export", "report", "propose", "schema"})
     EXPECT_NE(program(verb + " -h").text.find("  archetide-precompute " + verb), std::string::npos)
         << verb;
 }
@@ -75,6 +75,49 @@ TEST(CommandLine, BuildMakesTheFolderOfItsOutput) {
   const Answer answer = program("build " + folder.file("no_such.body.toml") + " -o " + output);
   EXPECT_EQ(answer.exit_code, 4) << answer.text;
   EXPECT_TRUE(std::filesystem::is_directory(folder.file("new/folders")));
+}
+
+/// A bar of tets as Medit text.
+std::string medit_bar() {
+  const TetMesh bar = shapes::tet_box(6, 2, 1, 0.05);
+  std::ostringstream text;
+  text << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << bar.nodes.size() << '\n';
+  for (const Vec3& x : bar.nodes) text << x.transpose() << " 0\n";
+  text << "Tetrahedra\n" << bar.tets.size() << '\n';
+  for (const auto& tet : bar.tets) {
+    for (const int node : tet) text << node + 1 << ' ';
+    text << "0\n";
+  }
+  return text.str() + "End\n";
+}
+
+TEST(CommandLine, ProposeWritesAFileThatIsNotThereYet) {
+  const ScratchFolder folder;
+  folder.write("bar.mesh", medit_bar());
+  const std::string output = folder.file("new/bar.body.toml");
+  const std::string words = "propose " + folder.file("bar.mesh") + " -o " + output;
+  const Answer first = program(words);
+  EXPECT_EQ(first.exit_code, 0) << first.text;
+  EXPECT_NE(first.text.find("first mode"), std::string::npos) << first.text;
+  const std::string text = read_whole_file(output);
+  EXPECT_NE(text.find("mesh = \"../bar.mesh\"\n"), std::string::npos) << text;
+  const Answer second = program(words + " --density 900");
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.text.find("is there already"), std::string::npos) << second.text;
+  EXPECT_EQ(read_whole_file(output), text);
+  EXPECT_EQ(
+      program("propose " + folder.file("gone.off") + " -o " + folder.file("b.body.toml")).exit_code,
+      4);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("b.body.toml")));
+}
+
+TEST(CommandLine, ProposePrintsNothingButTheFile) {
+  const ScratchFolder folder;
+  const std::string mesh = folder.write("bar.mesh", medit_bar());
+  const Answer answer = program("propose -q -- " + mesh);
+  EXPECT_EQ(answer.exit_code, 0);
+  EXPECT_TRUE(answer.text.starts_with("# 0.")) << answer.text;
+  EXPECT_EQ(program("check " + folder.write("bar.body.toml", answer.text)).exit_code, 0);
 }
 
 }  // namespace

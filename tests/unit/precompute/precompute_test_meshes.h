@@ -15,6 +15,16 @@
 
 namespace archetide::testing_meshes {
 
+/// The text of an OFF file.
+inline std::string as_off(const TriMesh& m) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "OFF " << m.vertices.size() << ' ' << m.triangles.size() << " 0\n";
+  for (const Vec3& x : m.vertices) text << x.transpose() << '\n';
+  for (const Vec3i& t : m.triangles) text << "3 " << t.transpose() << '\n';
+  return text.str();
+}
+
 /// A new folder for the files of one test, removed at its end.
 class ScratchFolder {
  public:
