@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ["torus", "/home/me/star.h5"]
+// ["torus", "/bodies/star.h5"]
 std::string list_of_kinds(const ScatterSpec& scatter) {
   std::string list;
   for (const BodySpec& kind : scatter.kinds) {

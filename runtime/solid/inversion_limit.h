@@ -11,9 +11,8 @@ namespace archetide {
 class InversionLimit {
  public:
   static constexpr double kLeastVolume = 0.1;  // of an element, against its rest volume
-  /// Frobenius norm: three times as long, or turned by 80 degrees, which straight displacements draw
-  /// 1.7 times too long. What lies beyond is no shape of the body.
-  static constexpr double kLargestGradient = 2.0;
+  /// Frobenius norm: five times as long. What lies beyond is no shape of the body.
+  static constexpr double kLargestGradient = 4.0;
 
   /// Keeps a reference to the archetype. O(tets r), once for all its instances.
   explicit InversionLimit(const Archetype& archetype);
