@@ -30,30 +30,35 @@ std::vector<TetShape<10>::Gradients> gradients_at_points<10>() {
   return at;
 }
 
-/// Calls visit(nodes, G, grad u) for the node field u (3 n, m) at every point of every tet; G: 3 x
-/// N gradients of the shape functions, 1/m.
-template <int N, class Visit>
-void visit_gradients(const TetMesh& mesh, const VecX& u, const Visit& visit) {
+/// Calls visit(nodes, G, grad u) at every point of a tet where u_of(node) is the displacement (m);
+/// G: 3 x N gradients of the shape functions, 1/m.
+template <int N, class Displacement, class Visit>
+void visit_tet(const TetMesh& mesh, int t, const Displacement& u_of, const Visit& visit) {
   static const auto at_points = gradients_at_points<N>();
-  for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
-    const std::array<int, N> nodes = element_nodes<N>(mesh, t);
-    const Eigen::Matrix<double, 3, N> x = element_positions<N>(mesh, nodes);
-    Eigen::Matrix<double, 3, N> moved;
-    for (int a = 0; a < N; ++a) moved.col(a) = u.segment<3>(3 * nodes[a]);
-    for (const auto& dN_dL : at_points) {
-      const Mat3 dx_dL = x * dN_dL.transpose();
-      const Eigen::Matrix<double, 3, N> G = dx_dL.inverse().transpose() * dN_dL;
-      visit(nodes, G, Mat3(moved * G.transpose()));
-    }
+  const std::array<int, N> nodes = element_nodes<N>(mesh, t);
+  const Eigen::Matrix<double, 3, N> x = element_positions<N>(mesh, nodes);
+  Eigen::Matrix<double, 3, N> moved;
+  for (int a = 0; a < N; ++a) moved.col(a) = u_of(nodes[a]);
+  for (const auto& dN_dL : at_points) {
+    const Mat3 dx_dL = x * dN_dL.transpose();
+    const Eigen::Matrix<double, 3, N> G = dx_dL.inverse().transpose() * dN_dL;
+    visit(nodes, G, Mat3(moved * G.transpose()));
   }
 }
 
+template <class Displacement, class Visit>
+void visit_tet(const TetMesh& mesh, int t, const Displacement& u_of, const Visit& visit) {
+  if (mesh.order() == 1)
+    visit_tet<4>(mesh, t, u_of, visit);
+  else
+    visit_tet<10>(mesh, t, u_of, visit);
+}
+
+/// The same at every tet, of the node field u (3 n, m).
 template <class Visit>
 void visit_gradients(const TetMesh& mesh, const VecX& u, const Visit& visit) {
-  if (mesh.order() == 1)
-    visit_gradients<4>(mesh, u, visit);
-  else
-    visit_gradients<10>(mesh, u, visit);
+  const auto u_of = [&](int node) { return u.segment<3>(3 * node); };
+  for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) visit_tet(mesh, t, u_of, visit);
 }
 
 /// tr cof A, the second invariant.
@@ -141,11 +146,18 @@ double harmless_gradient() { return 1.0 - std::cbrt(InversionLimit::kLeastVolume
 
 InversionLimit::InversionLimit(const Archetype& archetype)
     : archetype_(archetype), steepest_(VecX::Zero(archetype.node_modes.cols())) {
-  for (Eigen::Index i = 0; i < steepest_.size(); ++i)
-    visit_gradients(archetype.tets, archetype.node_modes.col(i),
-                    [&](const auto&, const auto&, const Mat3& A) {
-                      steepest_[i] = std::max(steepest_[i], A.norm());
-                    });
+  constexpr float kRoundUp = 1.0f + 1e-6f;
+  const TetMesh& mesh = archetype.tets;
+  steep_.setZero(static_cast<Eigen::Index>(mesh.tets.size()), steepest_.size());
+  for (Eigen::Index i = 0; i < steep_.cols(); ++i)
+    for (int t = 0; t < static_cast<int>(steep_.rows()); ++t) {
+      double most = 0.0;
+      visit_tet(
+          mesh, t, [&](int node) { return archetype.node_modes.col(i).segment<3>(3 * node); },
+          [&](const auto&, const auto&, const Mat3& A) { most = std::max(most, A.norm()); });
+      steepest_[i] = std::max(steepest_[i], most);
+      steep_(t, i) = kRoundUp * static_cast<float>(most);
+    }
 }
 
 VecX InversionLimit::displacement(const VecX& q) const {
@@ -157,17 +169,31 @@ bool InversionLimit::surely_holds(const VecX& q) const {
   return q.cwiseAbs().dot(steepest_.head(q.size())) <= harmless_gradient();
 }
 
+// Those for which the bound of surely_holds, with their own gradients, does not hold.
+std::vector<int> InversionLimit::doubtful_tets(const VecX& q) const {
+  const auto harmless = static_cast<float>(harmless_gradient() * (1.0 - 1e-5));  // of rounding
+  const Eigen::VectorXf bound = steep_.leftCols(q.size()) * q.cwiseAbs().cast<float>();
+  std::vector<int> tets;
+  for (Eigen::Index t = 0; t < bound.size(); ++t)
+    if (!(bound[t] <= harmless)) tets.push_back(static_cast<int>(t));
+  return tets;
+}
+
 double InversionLimit::allowed_share(const VecX& q) const {
   if (surely_holds(q) || !q.allFinite()) return 1.0;
   double share = 1.0;
   const double harmless = std::pow(harmless_gradient(), 2);
-  visit_gradients(archetype_.tets, displacement(q), [&](const auto&, const auto&, const Mat3& A) {
+  const auto u_of = [&](int node) {
+    return Vec3(archetype_.node_modes.middleRows<3>(3 * node).leftCols(q.size()) * q);
+  };
+  const auto look = [&](const auto&, const auto&, const Mat3& A) {
     if (A.squaredNorm() <= harmless) return;
     // det(1 + s A) = 1 + s tr A + s² tr cof A + s³ det A
     share = std::min(
         {share, first_root(1.0 - kLeastVolume, A.trace(), second_invariant(A), A.determinant()),
          kLargestGradient / A.norm()});
-  });
+  };
+  for (const int t : doubtful_tets(q)) visit_tet(archetype_.tets, t, u_of, look);
   return share;
 }
 

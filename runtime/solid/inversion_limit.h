@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "common/archetype/archetype.h"
 
 namespace archetide {
@@ -22,7 +24,7 @@ class InversionLimit {
   bool surely_holds(const VecX& q) const;
 
   /// The largest s <= 1 such that s' q is within both limits for all s' <= s. O(r) where
-  /// surely_holds, else O(nodes r + tets).
+  /// surely_holds, else O(tets r), and the gradients of the tets where the same bound does not hold.
   double allowed_share(const VecX& q) const;
 
   /// Smallest det F, 1 where there are no tets. O(nodes r + tets).
@@ -39,9 +41,11 @@ class InversionLimit {
 
  private:
   VecX displacement(const VecX& q) const;  // S q at the nodes, 3 n
+  std::vector<int> doubtful_tets(const VecX& q) const;
 
   const Archetype& archetype_;
-  VecX steepest_;  // of each mode, the largest |grad phi| (Frobenius), 1
+  Eigen::MatrixXf steep_;  // tets x r: of each mode, the largest |grad phi| (Frobenius) in a tet, 1
+  VecX steepest_;          // r: in any tet
 };
 
 }  // namespace archetide
