@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/archetype/field_io.h"
+#include "common/archetype/ladder_io.h"
 #include "common/archetype/skin.h"
 #include "common/archetype/swelling.h"
 #include "common/base/check.h"
@@ -96,13 +97,12 @@ void matrix_fields(Io& io, M& m) {
   io("stiffness", m.stiffness, "N/m", "blocks x 3 x 3");
 }
 
-template <class Io, class Rung>
-void rung_fields(Io& io, Rung& rung) {
+constexpr auto kRungFields = [](auto& io, auto& rung) {
   io("surface_vertices", rung.surface.vertices, "m", "n x 3");
   io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
   io.modes("surface_modes", rung.modes, "m", "r x n x 3");
   io("deviation", rung.deviation, "m", "scalar");
-}
+};
 
 struct ArchetypeWriter : FieldWriter {
   void point_sets(const std::vector<PointSet>& sets) {
@@ -197,42 +197,6 @@ ElasticCubature read_elastic(const Hdf5Reader& file) {
     file.fail("elastic: not one gradient, weight and material for each point");
   return ElasticCubature(std::move(gradients), std::move(weights), std::move(lambda),
                          std::move(mu));
-}
-
-std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
-
-/// The hash of all rungs; empty: there are none.
-std::string write_ladder(Hdf5Writer& file, const std::vector<SurfaceRung>& ladder) {
-  std::string hashes;
-  for (std::size_t n = 0; n < ladder.size(); ++n) {
-    ArchetypeWriter io{{file, ladder_group(n)}};
-    rung_fields(io, ladder[n]);
-    hashes += io.hash.hex();
-  }
-  if (ladder.empty()) return "";
-  const std::string hash = sha256_hex(hashes);
-  file.attribute("ladder_version", SurfaceRung::kVersion);
-  file.attribute("ladder_rungs", static_cast<int>(ladder.size()));
-  file.attribute("ladder_hash", hash);
-  return hash;
-}
-
-std::string read_ladder(const Hdf5Reader& file, std::vector<SurfaceRung>& ladder) {
-  if (!file.has_attribute("ladder_version")) return "";
-  const int version = file.int_attribute("ladder_version"),
-            rungs = file.int_attribute("ladder_rungs");
-  if (version != SurfaceRung::kVersion)
-    file.fail("a ladder of surfaces of version " + std::to_string(version) +
-              ", this program reads version " + std::to_string(SurfaceRung::kVersion));
-  std::string hashes;
-  for (int n = 0; n < rungs; ++n) {
-    ArchetypeReader io{{file, ladder_group(static_cast<std::size_t>(n))}};
-    rung_fields(io, ladder.emplace_back());
-    hashes += io.hash.hex();
-  }
-  const std::string hash = sha256_hex(hashes);
-  demand_hash(file, "ladder_hash", hash);
-  return hash;
 }
 
 // ---- validation -------------------------------------------------------------------------------
@@ -510,7 +474,7 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
     file.attribute("elastic_hash", elastic_hash);
     hashes += elastic_hash;
   }
-  hashes += write_ladder(file, a.ladder);
+  hashes += fields::write_ladder<ArchetypeWriter>(file, a.ladder, kRungFields);
   const std::string content_hash = sha256_hex(hashes);
   file.attribute("content_hash", content_hash);
   write_matrices(file, a.matrices);
@@ -536,7 +500,7 @@ Archetype read_archetype(const std::string& path, Part part) {
     a.elastic = read_elastic(file);
     hashes += file.text_attribute("elastic_hash");
   }
-  hashes += read_ladder(file, a.ladder);
+  hashes += fields::read_ladder<ArchetypeReader>(file, a.ladder, kRungFields);
   a.content_hash = sha256_hex(hashes);
   demand_hash(file, "content_hash", a.content_hash);
   try {

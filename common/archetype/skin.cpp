@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/archetype/field_io.h"
-#include "common/archetype/surface_rung.h"
+#include "common/archetype/ladder_io.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
 #include "common/base/sha256.h"
@@ -62,16 +62,22 @@ void skin_fields(Io& io, S& skin, Text& parts, FlatJoints& joints) {
   io("joint_points", joints.points, "m", "points of all joints x 3");
 }
 
-template <class Io, class Rung>
-void rung_fields(Io& io, Rung& rung) {
+constexpr auto kRungFields = [](auto& io, auto& rung) {
   io("surface_vertices", rung.surface.vertices, "m", "n x 3");
   io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
   io("part_of", rung.part_of, "1", "n x 4");
   io("weights", rung.weights, "1", "4 n");
   io("deviation", rung.deviation, "m", "scalar");
-}
+};
 
-std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
+// As ladder_io.h makes them.
+struct SkinWriter : fields::FieldWriter {};
+struct SkinReader : fields::FieldReader {};
+
+/// Of the skin alone, or of the skin and its ladder.
+std::string joined(const std::string& skin, const std::string& ladder) {
+  return ladder.empty() ? skin : sha256_hex(skin + ladder);
+}
 
 void demand(bool holds, const char* field, const char* rule) {
   if (!holds) throw AssertionError(std::string("skin field ") + field + ": " + rule);
@@ -152,17 +158,8 @@ std::string write_skin(const std::string& path, const Skin& skin) {
   file.attribute("format_version", Skin::kFormatVersion);
   fields::FieldWriter out{file, "skin"};
   skin_fields(out, skin, parts, joints);
-  std::string hash = out.hash.hex();
-  if (!skin.ladder.empty()) {
-    for (std::size_t n = 0; n < skin.ladder.size(); ++n) {
-      fields::FieldWriter rung{file, ladder_group(n)};
-      rung_fields(rung, skin.ladder[n]);
-      hash += rung.hash.hex();
-    }
-    hash = sha256_hex(hash);
-    file.attribute("ladder_version", SurfaceRung::kVersion);
-    file.attribute("ladder_rungs", static_cast<int>(skin.ladder.size()));
-  }
+  const std::string hash =
+      joined(out.hash.hex(), fields::write_ladder<SkinWriter>(file, skin.ladder, kRungFields));
   file.attribute("content_hash", hash);
   file.commit();
   return hash;
@@ -181,19 +178,8 @@ Skin read_skin(const std::string& path) {
   FlatJoints joints;
   fields::FieldReader in{file, "skin"};
   skin_fields(in, skin, parts, joints);
-  skin.content_hash = in.hash.hex();
-  if (file.has_attribute("ladder_version")) {
-    if (file.int_attribute("ladder_version") != SurfaceRung::kVersion)
-      file.fail("a ladder of surfaces of another version than " +
-                std::to_string(SurfaceRung::kVersion));
-    const int rungs = file.int_attribute("ladder_rungs");
-    for (int n = 0; n < rungs; ++n) {
-      fields::FieldReader rung{file, ladder_group(static_cast<std::size_t>(n))};
-      rung_fields(rung, skin.ladder.emplace_back());
-      skin.content_hash += rung.hash.hex();
-    }
-    skin.content_hash = sha256_hex(skin.content_hash);
-  }
+  skin.content_hash =
+      joined(in.hash.hex(), fields::read_ladder<SkinReader>(file, skin.ladder, kRungFields));
   if (file.text_attribute("content_hash") != skin.content_hash)
     file.fail("the contents do not match their content_hash (damaged or changed by hand)");
   skin.parts = fields::lines_of(parts);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 
 #include <Eigen/LU>
 
+#include "common/base/check.h"
 #include "precompute/build.h"
 #include "precompute/recipe.h"
 #include "tests/support/coupled_tank.h"
@@ -177,6 +179,30 @@ TEST_P(SurfaceLadder, KeepsWhatLinearPressuresDoToModes) {
   for (const SurfaceRung& rung : a->ladder)
     EXPECT_LT((work(rung.surface, rung.modes) - whole).cwiseAbs().maxCoeff(), 1e-11 * gross)
         << rung.surface.triangles.size() << " triangles";
+}
+
+// Stored with the body, counted by its hash, and refused where it would float otherwise.
+TEST_P(SurfaceLadder, IsReadAsItWasWritten) {
+  const auto a = asset(GetParam());
+  const std::filesystem::path path =
+      std::filesystem::path(testing::TempDir()) / (std::string("ladder_") + GetParam() + ".h5");
+  const std::string hash = write_archetype(path.string(), *a);
+  const Archetype b = read_archetype(path.string(), Part::kRuntime);
+  EXPECT_EQ(b.content_hash, hash);
+  ASSERT_EQ(b.ladder.size(), a->ladder.size());
+  for (std::size_t n = 0; n < b.ladder.size(); ++n) {
+    EXPECT_EQ(b.ladder[n].surface.vertices, a->ladder[n].surface.vertices);
+    EXPECT_EQ(b.ladder[n].surface.triangles, a->ladder[n].surface.triangles);
+    EXPECT_EQ(b.ladder[n].modes, a->ladder[n].modes);
+    EXPECT_EQ(b.ladder[n].deviation, a->ladder[n].deviation);
+  }
+  Archetype bare = *a, swollen = *a;
+  bare.ladder.clear();
+  EXPECT_NE(write_archetype(path.string(), bare), hash);
+  EXPECT_TRUE(read_archetype(path.string()).ladder.empty());
+  for (Vec3& x : swollen.ladder[0].surface.vertices) x *= 1.001;
+  EXPECT_THROW(validate(swollen), AssertionError);
+  std::filesystem::remove(path);
 }
 
 INSTANTIATE_TEST_SUITE_P(Assets, SurfaceLadder,
