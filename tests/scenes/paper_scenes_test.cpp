@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 struct Coarse {
   std::string scene, archetype, grid, cell;  // grid in cells
   double end = 0.0;                          // s
-  double overlap = 0.5;                      // cells, that bodies may reach into each other
 };
 
 int shell(const std::string& command) {
@@ -92,7 +91,7 @@ TEST_P(PaperScenes, RunsCoarse) {
   const double share = sum(stats.column("seconds_contact")) / sum(stats.column("seconds"));
   std::printf("measured: contact takes %.1f %% of a step\n", 100.0 * share);
   EXPECT_LE(share, 0.5);
-  EXPECT_LE(largest(penetration) / dx, GetParam().overlap);
+  EXPECT_LE(largest(penetration) / dx, 0.5);
   EXPECT_LE(sum(stats.column("halvings")), 0.05 * static_cast<double>(stats.rows()));
   const CsvTable bodies = scene.table("bodies.csv");
   EXPECT_GE(*std::min_element(bodies.column("z").begin(), bodies.column("z").end()), 0.0);
@@ -100,8 +99,8 @@ TEST_P(PaperScenes, RunsCoarse) {
 
 // The ring of `tub` hits the water at 1.9 m/s and takes long steps in its splash. What it gave the
 // water is lost bit by bit, not won: of the largest kinetic and elastic energy no later gain is
-// more than 15 % (measured 5 to 7 %, 2 % at CFL 1; air that closing gaps squeeze out once made it
-// 25 times that energy and 194 m/s), and no jet is seven times as fast as the fall.
+// more than 2 % (measured 0.6 %; air that closing gaps squeeze out once made it 25 times that energy
+// and 194 m/s), and no jet is five times as fast as the fall (measured 2.9 m/s).
 TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
   const CoarseScene scene({"tub", "torus", "[64,64,64]", "1/64", 1.0});
   ASSERT_EQ(scene.build(), 0);
@@ -118,17 +117,16 @@ TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
   const double speed = largest(stats.column("max_speed"));
   std::printf("measured: %zu steps, gain %.3f of %.3f J, fastest %.2f m/s\n", stats.rows(), gain,
               most, speed);
-  EXPECT_LE(gain, 0.15 * most);
-  EXPECT_LE(speed, 12.0);
+  EXPECT_LE(gain, 0.02 * most);
+  EXPECT_LE(speed, 9.0);
 }
 
-// Known miss: tori50, whose second wave of rings (tubes of 1.1 cells) falls onto the first. 0.5 cells
-// are asked for; 0.66 with the seed of its file, 0.28 to 0.34 with three others.
+// Measured overlap, cells: 0.012, 0.001, 0.29, 0.26.
 INSTANTIATE_TEST_SUITE_P(
     Slow, PaperScenes,
     ::testing::Values(Coarse{"starfish", "starfish", "[32,32,32]", "1/32", 1.5},
                       Coarse{"tori15", "torus", "[48,48,16]", "1/16", 1.5},
-                      Coarse{"tori50", "torus", "[64,64,16]", "1/16", 2.0, 0.9},
+                      Coarse{"tori50", "torus", "[64,64,16]", "1/16", 2.0},
                       Coarse{"starfish150", "starfish_firm", "[56,88,16]", "1/16", 2.0}),
     [](const auto& at) { return at.param.scene; });
 
