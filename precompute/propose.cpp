@@ -12,6 +12,7 @@
 #include "precompute/inspect/inspect.h"
 #include "precompute/inspect/lines.h"
 #include "precompute/intake/tet_io.h"
+#include "precompute/modal/normal_motion.h"
 
 namespace archetide {
 namespace {
@@ -227,16 +228,7 @@ Trial first_that_builds(const ProposeRequest& request, Draft& draft, Log& log, P
 /// the same volume, a third of its radius.
 double added_modal_mass(const Archetype& a) {
   const double length = std::cbrt(0.75 * a.volume / std::numbers::pi) / 3.0;
-  double integral = 0.0;
-  for (const Vec3i& t : a.surface.triangles) {
-    const auto x = [&](int corner) { return a.surface.vertices[t[corner]]; };
-    const Vec3 area = 0.5 * (x(1) - x(0)).cross(x(2) - x(0));
-    Vec3 u;
-    for (int i = 0; i < 3; ++i)
-      u[i] = a.surface_modes.col(0).segment<3>(3 * t[i]).dot(area.normalized());
-    integral += area.norm() / 12.0 * (u.squaredNorm() + u.sum() * u.sum());
-  }
-  return kWaterDensity * length * integral;
+  return kWaterDensity * length * normal_motion_squared(a.surface, a.surface_modes.leftCols(1))[0];
 }
 
 /// What a proposal tells; SI units, frequencies in Hz.

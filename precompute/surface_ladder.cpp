@@ -11,6 +11,7 @@
 #include "common/mesh/closest_point.h"
 #include "common/mesh/tet_shape.h"
 #include "precompute/intake/simplify_surface.h"
+#include "precompute/modal/normal_motion.h"
 
 namespace archetide {
 namespace {
@@ -122,31 +123,12 @@ Eigen::Matrix<double, 4, Eigen::Dynamic> loads(const TriMesh& surface, const Mat
   return sum;
 }
 
-/// Integral of the squared normal displacement of each mode, r, m^4 per unit q^2.
-VecX squares(const TriMesh& surface, const MatX& modes) {
-  VecX sum = VecX::Zero(modes.cols());
-  for (const Vec3i& t : surface.triangles) {
-    const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]],
-               &c = surface.vertices[t[2]];
-    const Vec3 twice = (b - a).cross(c - a);
-    const double area = 0.5 * twice.norm();
-    if (!(area > 0.0)) continue;
-    MatX at(3, modes.cols());  // normal displacement of the corners
-    for (int v = 0; v < 3; ++v)
-      at.row(v) = twice.transpose() * modes.middleRows<3>(3 * static_cast<Eigen::Index>(t[v]));
-    at /= 2.0 * area;
-    sum +=
-        (area / 12.0) * (at.colwise().squaredNorm() + at.colwise().sum().cwiseAbs2()).transpose();
-  }
-  return sum;
-}
-
 /// Straight edges between the places of a bent mode draw it too small, and its added mass with it:
 /// gives every mode the mean square normal displacement that it has on the whole surface.
 void match_size(const Archetype& a, SurfaceRung& rung) {
   constexpr double kLargest = 0.1;  // change; beyond it the mode hardly moves along the normal
-  const VecX whole = squares(a.surface, a.surface_modes),
-             coarse = squares(rung.surface, rung.modes);
+  const VecX whole = normal_motion_squared(a.surface, a.surface_modes),
+             coarse = normal_motion_squared(rung.surface, rung.modes);
   for (Eigen::Index i = 0; i < whole.size(); ++i) {
     const double scale = std::sqrt(whole[i] / coarse[i]);
     if (std::abs(scale - 1.0) < kLargest) rung.modes.col(i) *= scale;

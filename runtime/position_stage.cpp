@@ -162,8 +162,8 @@ bool keep_bodies_whole(SimulationState& s, const std::vector<FreeMotion>& motion
   return true;
 }
 
-// What the water meets of a body, at x^{n+1} - kReadBack (x^{n+1} - x^n), where the velocities stage reads
-// its hydrostatic load [D38].
+// What the water meets of a body, at x^{n+1} - kReadBack (x^{n+1} - x^n), where the velocities
+// stage reads its hydrostatic load [D38].
 std::vector<Vec3> read_back(const std::vector<Vec3>& before, const ReducedBody& body) {
   std::vector<Vec3> points;
   wet_points(body, points);

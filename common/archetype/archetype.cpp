@@ -474,7 +474,7 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
     file.attribute("elastic_hash", elastic_hash);
     hashes += elastic_hash;
   }
-  hashes += fields::write_ladder<ArchetypeWriter>(file, a.ladder, kRungFields);
+  hashes += fields::write_ladder(file, a.ladder, kRungFields);
   const std::string content_hash = sha256_hex(hashes);
   file.attribute("content_hash", content_hash);
   write_matrices(file, a.matrices);
@@ -500,7 +500,7 @@ Archetype read_archetype(const std::string& path, Part part) {
     a.elastic = read_elastic(file);
     hashes += file.text_attribute("elastic_hash");
   }
-  hashes += fields::read_ladder<ArchetypeReader>(file, a.ladder, kRungFields);
+  hashes += fields::read_ladder(file, a.ladder, kRungFields);
   a.content_hash = sha256_hex(hashes);
   demand_hash(file, "content_hash", a.content_hash);
   try {

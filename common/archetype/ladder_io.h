@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/archetype/field_io.h"
 #include "common/archetype/surface_rung.h"
 #include "common/base/sha256.h"
 #include "common/files/hdf5_file.h"
@@ -11,15 +12,15 @@ namespace archetide::fields {
 
 inline std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
 
-/// Groups ladder/1, ladder/2, .. with rung_fields(io, rung), as `Io` writes them. Returns the hash of
-/// all, also an attribute of the file; empty where there are no rungs.
-template <class Io, class Rung, class Fields>
+/// Groups ladder/1, ladder/2, .. with rung_fields(io, rung). Returns the hash of all, also an
+/// attribute of the file; empty where there are no rungs.
+template <class Rung, class Fields>
 std::string write_ladder(Hdf5Writer& file, const std::vector<Rung>& ladder,
                          const Fields& rung_fields) {
   if (ladder.empty()) return "";
   std::string hashes;
   for (std::size_t n = 0; n < ladder.size(); ++n) {
-    Io io{{file, ladder_group(n)}};
+    FieldWriter io{file, ladder_group(n)};
     rung_fields(io, ladder[n]);
     hashes += io.hash.hex();
   }
@@ -31,7 +32,7 @@ std::string write_ladder(Hdf5Writer& file, const std::vector<Rung>& ladder,
 }
 
 /// What write_ladder() wrote, and its hash. Throws FileError: another version, damaged.
-template <class Io, class Rung, class Fields>
+template <class Rung, class Fields>
 std::string read_ladder(const Hdf5Reader& file, std::vector<Rung>& ladder,
                         const Fields& rung_fields) {
   if (!file.has_attribute("ladder_version")) return "";
@@ -42,7 +43,7 @@ std::string read_ladder(const Hdf5Reader& file, std::vector<Rung>& ladder,
               ", this program reads version " + std::to_string(SurfaceRung::kVersion));
   std::string hashes;
   for (int n = 0; n < rungs; ++n) {
-    Io io{{file, ladder_group(static_cast<std::size_t>(n))}};
+    FieldReader io{file, ladder_group(static_cast<std::size_t>(n))};
     rung_fields(io, ladder.emplace_back());
     hashes += io.hash.hex();
   }

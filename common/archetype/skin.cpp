@@ -70,10 +70,6 @@ constexpr auto kRungFields = [](auto& io, auto& rung) {
   io("deviation", rung.deviation, "m", "scalar");
 };
 
-// As ladder_io.h makes them.
-struct SkinWriter : fields::FieldWriter {};
-struct SkinReader : fields::FieldReader {};
-
 /// Of the skin alone, or of the skin and its ladder.
 std::string joined(const std::string& skin, const std::string& ladder) {
   return ladder.empty() ? skin : sha256_hex(skin + ladder);
@@ -159,7 +155,7 @@ std::string write_skin(const std::string& path, const Skin& skin) {
   fields::FieldWriter out{file, "skin"};
   skin_fields(out, skin, parts, joints);
   const std::string hash =
-      joined(out.hash.hex(), fields::write_ladder<SkinWriter>(file, skin.ladder, kRungFields));
+      joined(out.hash.hex(), fields::write_ladder(file, skin.ladder, kRungFields));
   file.attribute("content_hash", hash);
   file.commit();
   return hash;
@@ -178,8 +174,7 @@ Skin read_skin(const std::string& path) {
   FlatJoints joints;
   fields::FieldReader in{file, "skin"};
   skin_fields(in, skin, parts, joints);
-  skin.content_hash =
-      joined(in.hash.hex(), fields::read_ladder<SkinReader>(file, skin.ladder, kRungFields));
+  skin.content_hash = joined(in.hash.hex(), fields::read_ladder(file, skin.ladder, kRungFields));
   if (file.text_attribute("content_hash") != skin.content_hash)
     file.fail("the contents do not match their content_hash (damaged or changed by hand)");
   skin.parts = fields::lines_of(parts);

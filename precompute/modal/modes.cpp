@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 
+#include "common/archetype/mode_cluster.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
 #include "precompute/modal/canonical_basis.h"
@@ -19,8 +20,6 @@
 namespace archetide {
 namespace {
 
-constexpr double kClusterGap =
-    1e-2;  // omega gap of a cluster: mesh anisotropy splits multiplets by less
 constexpr double kLooseParts = 1e-8;   // lowest omega2 of one connected body, in E / (rho L^2)
 constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of the lowest omega2
 constexpr double kOrthonormality = 1e-10;

@@ -31,6 +31,10 @@ void demand_parts(const SkinSpec& spec, const Skin& skin, const BuiltScene& buil
 
 }  // namespace
 
+double cell_of_rungs(const SceneSpec& scene, const SimulationOptions& o) {
+  return scene.full_surface || !o.has_water || o.geometry != Geometry::kCutCell ? 0.0 : o.grid.dx;
+}
+
 void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& built) {
   // Instances of one skin over the same archetypes share what binds them.
   struct Shapes {
@@ -55,9 +59,7 @@ void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& bu
     Shapes& shapes = bound[key];
     if (!shapes.whole) {
       shapes.whole = bind_skin(skin, parts);
-      const SkinRung* rung = scene.full_surface || !built.options.has_water
-                                 ? nullptr
-                                 : coarsest_rung(skin->ladder, built.options.grid.dx);
+      const SkinRung* rung = coarsest_rung(skin->ladder, cell_of_rungs(scene, built.options));
       if (rung) shapes.rung = bind_skin(std::make_shared<Skin>(on_rung(*skin, *rung)), parts);
     }
     built.skins.push_back({shapes.whole, spec.bodies, shapes.rung});

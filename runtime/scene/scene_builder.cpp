@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 
 #include "common/archetype/complete_basis.h"
+#include "common/archetype/mode_cluster.h"
 #include "runtime/cut_cells/resolution.h"
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_skins.h"
@@ -296,11 +298,10 @@ void demand_every_motion(const BodySpec& spec, const Archetype& a) {
 }  // namespace
 
 int whole_cluster(const Archetype& a, int modes) {
-  constexpr double kGap = 1e-2;  // of the frequency, as precompute has it
   const auto vibration = static_cast<int>(std::count(a.is_static.begin(), a.is_static.end(), 0));
   if (modes <= 0 || modes >= vibration) return modes;
   int end = modes;
-  while (end < vibration && std::sqrt(a.omega2[end] / a.omega2[end - 1]) < 1.0 + kGap) ++end;
+  while (end < vibration && std::sqrt(a.omega2[end] / a.omega2[end - 1]) < 1.0 + kClusterGap) ++end;
   return end;
 }
 
@@ -347,12 +348,15 @@ namespace {
 /// What the water meets of each body, in cells of this size. Members of a skin keep their own
 /// surface: the skin is bound to it, and the water meets the skin.
 void choose_rungs(const SceneSpec& scene, BuiltScene& built) {
-  const SimulationOptions& o = built.options;
-  if (scene.full_surface || !o.has_water || o.geometry != Geometry::kCutCell) return;
+  const double dx = cell_of_rungs(scene, built.options);
   const std::vector<char> skinned = skinned_bodies(built.bodies.size(), built.skins);
+  std::map<const Archetype*, const SurfaceRung*> chosen;
   for (std::size_t b = 0; b < built.bodies.size(); ++b) {
     ReducedBody& body = built.bodies[b];
-    if (!skinned[b] && !body.nodes) body.rung = coarsest_rung(body.archetype->ladder, o.grid.dx);
+    if (skinned[b] || body.nodes) continue;
+    const auto [at, fresh] = chosen.try_emplace(body.archetype.get(), nullptr);
+    if (fresh) at->second = coarsest_rung(body.archetype->ladder, dx);
+    body.rung = at->second;
   }
 }
 
