@@ -13,10 +13,14 @@ bool is_frame(const std::string& text) {
          text.find_first_not_of("0123456789") == std::string::npos;
 }
 
+// The word about the last checkpoint goes first and the manifest last: a program killed between the
+// two leaves a run without a checkpoint, never one that goes on from files which are gone. Parts of
+// files go with them: without a manifest they would be files of a stranger.
 void clear_run_folder(const std::string& folder) {
-  for (const char* name :
-       {"done.stamp", "scene.toml", "run.log", "stats.csv", "bodies.csv", "frames", "pictures",
-        "failure", "checkpoint", "film.mp4", "report.html", "manifest.json"}) {
+  for (const char* name : {"checkpoint/LATEST", "done.stamp", "scene.toml", "run.log", "stats.csv",
+                           "bodies.csv", "frames", "pictures", "failure", "checkpoint", "film.mp4",
+                           "report.html", "manifest.json"}) {
+    fs::remove_all(fs::path(folder) / (name + std::string(".part")));
     fs::remove_all(fs::path(folder) / name);
   }
 }
@@ -33,12 +37,26 @@ bool holds_run(const std::string& out) {
   return false;
 }
 
+// The checkpoint that --resume auto and --replace together go on from: none that is missing,
+// damaged or of another scene.
+std::optional<std::string> usable_checkpoint(const std::string& out,
+                                             const CheckpointIdentity& identity) {
+  try {
+    const auto latest = latest_checkpoint(out);
+    return latest && state_fits(*latest, identity) ? latest : std::nullopt;
+  } catch (const FileError&) {
+    return std::nullopt;
+  }
+}
+
 // `auto` in a folder with a run: an unfinished one of this scene goes on.
 RunStart resume_automatically(const Arguments& a, const CheckpointIdentity& identity) {
   const bool done = fs::exists(fs::path(a.out) / "done.stamp");
   const bool either = a.replace && !a.resume.empty();  // both given: resume where possible
-  const auto latest = done || (a.replace && !either) ? std::nullopt : latest_checkpoint(a.out);
-  if (latest && (!either || state_fits(*latest, identity))) return {*latest, false};
+  std::optional<std::string> latest;
+  if (!done && either) latest = usable_checkpoint(a.out, identity);
+  if (!done && !a.replace) latest = latest_checkpoint(a.out);
+  if (latest) return {*latest, false};
   if (!a.replace)
     throw InputError(
         a.out + (done ? " holds a run already" : " holds an unfinished run without a checkpoint"),

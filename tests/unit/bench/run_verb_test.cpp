@@ -161,6 +161,30 @@ TEST_F(RunVerb, TheManifestIsTheFirstFileOfARun) {
             kExitDone);
 }
 
+TEST_F(RunVerb, ARunThatWasKilledWhileItClearedItsFolderStandsInNobodysWay) {
+  const std::vector<std::string> again = {"run", "stone.scene.toml", "-q",   "-o",
+                                          "r",   "--resume",         "auto", "--replace"};
+  ASSERT_EQ(run(again), kExitDone);
+  // As far as it comes: no stamp, no word of a checkpoint; those files themselves still there.
+  fs::remove(folder_ / "r/done.stamp");
+  fs::remove(folder_ / "r/checkpoint/LATEST");
+  EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "r"}), kExitInput);
+  expect_err("without a checkpoint");
+  EXPECT_EQ(run(again), kExitDone);
+  // Parts of files go before the manifest does.
+  folder_.write("r/scene.toml.part", "schema");
+  folder_.write("r/done.stamp.part", "2026");
+  EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "r", "--replace"}), kExitDone);
+  EXPECT_FALSE(fs::exists(folder_ / "r/scene.toml.part"));
+  EXPECT_FALSE(fs::exists(folder_ / "r/done.stamp.part"));
+  // A word of a checkpoint that is gone: refused with advice, unless --replace allows a new start.
+  fs::remove(folder_ / "r/done.stamp");
+  folder_.write("r/checkpoint/LATEST", "000077.h5\n");
+  EXPECT_EQ(run({"run", "stone.scene.toml", "-q", "-o", "r"}), kExitFile);
+  expect_err("--resume never --replace");
+  EXPECT_EQ(run(again), kExitDone);
+}
+
 TEST_F(RunVerb, WaterThatDoesNotFitIsRefusedBeforeItIsFilled) {
   const std::vector<std::string> small = {"run", "tank.scene.toml", "-q", "-o",
                                           "r",   "--frames",        "1"};
