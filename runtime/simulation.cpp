@@ -95,6 +95,7 @@ StepReport Simulation::step(double dt) {
   StepReport before;
   before.t = s.time();
   demand_finite(s.bodies, s.water.fluid(), before);
+  if (s.step_count == 0) meet_at_start(s, dt);
   remember_start();
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
     StepAttempt attempt;

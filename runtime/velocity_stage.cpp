@@ -1,5 +1,8 @@
 #include "runtime/velocity_stage.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "runtime/solid/nonlinear_motion.h"
 
 namespace archetide {
@@ -36,7 +39,40 @@ void accept(SimulationState& s, std::size_t b, const StageResult& result) {
   s.water_angular_impulse[b] += torque;
 }
 
+bool at_rest(const ReducedBody& body) {
+  return body.P.isZero(0.0) && body.L.isZero(0.0) && body.q_dot.isZero(0.0);
+}
+
+bool anything_moves(const SimulationState& s) {
+  const auto flows = [](const Array3<double>& u) {
+    return std::any_of(u.data(), u.data() + u.size(), [](double v) { return v != 0.0; });
+  };
+  return !std::all_of(s.bodies.begin(), s.bodies.end(), at_rest) ||
+         std::any_of(std::begin(s.water.fluid().u.axis), std::end(s.water.fluid().u.axis), flows);
+}
+
 }  // namespace
+
+void meet_at_start(SimulationState& s, double dt) {
+  if (!s.water.present() || !anything_moves(s)) return;
+  ScopedTimer timer(s.profile, "velocities");
+  constexpr double kInstant = 1e-6;  // of a step: gravity does nothing
+  constexpr double kImpact = 0.1;    // of a step: modes that are slower than this are free
+  const double h = kInstant * dt;
+  std::vector<StageBody> stage;
+  for (const ReducedBody& body : s.bodies) {
+    stage.push_back({&body, current_configuration(body), {}, false, {}, {}, {}});
+    stage.back().at.impact_step = kImpact * dt;
+  }
+  s.water.start_with_given_velocity();
+  std::vector<StageResult> results;
+  const SolveReport report =
+      s.coupling.couple(Stage::kVelocityFull, h, {&s.water.fluid().phi}, stage,
+                        s.water.full_velocity(), results, nullptr, {}, &s.water.held());
+  if (!report.converged) return;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) accept(s, b, results[b]);
+  s.water.after_velocity_solve(dt, s.coupling);
+}
 
 bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
                         const std::vector<VecX>& drive, StepReport& report) {

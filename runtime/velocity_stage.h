@@ -10,4 +10,10 @@ namespace archetide {
 bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
                         const std::vector<VecX>& drive, StepReport& report);
 
+/// Before the first step: the velocities that the scene gave, as they are once water, bodies, joints
+/// and walls have met (Eqs. 45, 49 with h -> 0): water that is given a speed towards a body or a
+/// wall strikes it at once, not over a step in which both move. `dt`: of the step, s. Scenes that
+/// begin at rest stay as they are, and so do velocities whose solve does not converge.
+void meet_at_start(SimulationState& s, double dt);
+
 }  // namespace archetide

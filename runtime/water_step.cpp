@@ -70,12 +70,10 @@ void mark_water_faces(const Grid& g, const Array3<double>& phi, FaceField<unsign
   mark_faces(g, phi, g.dx, std::bit_or<unsigned char>(), target);
 }
 
-// Faces of water so far from the surface that it cannot flicker between water and air. None on a
-// first step: what makes a given velocity free of divergence is no acceleration of the flow's own.
-void mark_deep_faces(const Grid& g, const Array3<double>& phi, bool first_step,
-                     FaceField<unsigned char>& deep) {
+// Faces of water so far from the surface that it cannot flicker between water and air.
+void mark_deep_faces(const Grid& g, const Array3<double>& phi, FaceField<unsigned char>& deep) {
   constexpr double kDeep = 2.0;  // dx
-  mark_faces(g, phi, first_step ? -INFINITY : -kDeep * g.dx, std::bit_and<unsigned char>(), deep);
+  mark_faces(g, phi, -kDeep * g.dx, std::bit_and<unsigned char>(), deep);
 }
 
 // Layers from the floor on that hold all water.
@@ -307,6 +305,11 @@ void WaterStep::start_single() {
   u_half_ = fluid_.u;
 }
 
+void WaterStep::start_with_given_velocity() {
+  at_ = At::kAdvected;
+  copy_values(fluid_.u, u_star_);
+}
+
 void WaterStep::end_step(double dt) {
   last_dt_ = dt;
   fluid_.time += dt;
@@ -355,7 +358,7 @@ void WaterStep::advect_to_end(double dt) {
   }
   // Without gravity there is no measure for what an impact is beside a vortex in still water.
   const double usual = options_.gravity.norm() > 0.0 ? usual_acceleration(dt) * 0.5 * dt : 0.0;
-  mark_deep_faces(g, fluid_.phi, last_dt_ == 0.0, deep_);
+  mark_deep_faces(g, fluid_.phi, deep_);
   const Reflection reflection = {push_, usual, deep_};
   start_reflection(fluid_.u, 0.5, reflection, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half_, 0.5 * dt, valid_, target_, u_star_);

@@ -55,6 +55,8 @@ class WaterStep {
   MacField& half_velocity() { return u_half_; }
   MacField& full_velocity() { return u_star_; }
 
+  /// Before the first step: the given velocity is the u* of a velocity solve in which nothing moves.
+  void start_with_given_velocity();
   /// Positions stage: u* of the half step; then its solve.
   void advect_to_half(double dt);
   /// That solve is to be made again: its velocity before it.

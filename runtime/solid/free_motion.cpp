@@ -162,6 +162,11 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
   FreeMotion out;
   out.terms = configuration_terms(body, at, options.mass);
+  if (at.impact_step > 0.0) {
+    out.H = generalised_mass(body, out.terms, at.impact_step, stage, options.step);
+    out.y_star = generalised_velocity(body, out.terms);
+    return out;
+  }
   out.H = generalised_mass(body, out.terms, nonlinear ? 0.0 : dt, stage, options.step);
   const double h = stage_length(dt, stage);
 

@@ -40,7 +40,7 @@ struct ReducedBody {
   VecX last_way;  // 6 + r, y of the last step's way, v^{n-1/2}; empty: no step with two solves yet
 
   std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
-  // Of its archetype, the surface that the water meets; null: the body's own.
+  // Of its archetype, the surface that water and contacts meet; null: the body's own.
   const SurfaceRung* rung = nullptr;
   std::optional<ContactMaterial> contact = std::nullopt;  // absent: that of the scene
 
@@ -59,6 +59,9 @@ struct Configuration {
   Vec3 delta_L =
       Vec3::Zero();      // angular momentum there minus body.L (the midpoint's gain), kg m^2/s
   MatX locked = MatX();  // r x k, directions n in which the modes are held, n . q_dot = 0; or empty
+  // Of an impact that lasts no time, s: modes meet the mass of a step of this length, so that what is
+  // stiff for it does not ring, and no force acts. 0: none.
+  double impact_step = 0.0;
 };
 
 /// Mass of one instance, kg.
@@ -170,7 +173,8 @@ struct FreeMotion {
 /// first stage, the midpoint (half-step rotation, (q^n + q^{n+1})/2, half-step q_dot; what
 /// advance_pose returns) for the second, which makes the whole second order. The elastic force
 /// starts from q^n = 2 at.q - body.q, right for both stages, whether the pose has advanced or not.
-/// Modes that are held (at.locked) meet a mass that is large enough to keep them.
+/// Modes that are held (at.locked) meet a mass that is large enough to keep them. In an impact
+/// (at.impact_step) y* is the velocity that the body has.
 /// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the
 /// stage. dt is the length of the whole step, s.
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,

@@ -172,8 +172,6 @@ class RandomScene {
 // Known miss: no rise of the energy above 0.5 % is asked for. `most` is the largest that is
 // measured, `more` how many scenes have more than 0.5 %: sheets below a cell.
 void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most) {
-  // Known miss: 20.5 in its first step, where a stream meets a light soft body at rest.
-  constexpr unsigned kFastStart = 1092;
   constexpr double kMostSpeed = 4.0;  // of the speed that height and stream give
   int rising = 0;
   double kept = 0.0, rise = 0.0, speed = 0.0;
@@ -184,7 +182,7 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
     EXPECT_TRUE(o.finite) << seed;
     rising += o.energy_rise > 0.005;
     kept = std::max(kept, o.kept), rise = std::max(rise, o.energy_rise);
-    if (seed != kFastStart) speed = std::max(speed, o.speed);
+    speed = std::max(speed, o.speed);
   }
   expect_at_most("change of all water", kept, 1e-10);
   expect_at_most("fastest water / sqrt(2 g H)", speed, kMostSpeed);
@@ -194,6 +192,9 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
 
 // Measured: 3 scenes of 40, 1.38 %, 1.66.
 TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 5, 0.02); }
+// A stream strikes a light soft body at rest, at CFL 4 (it was thrown off: 20.5 for the speed [D58]).
+// Measured: speed 2.9, no rise.
+TEST(RandomScenes, LightBodyInAStreamIsNotThrownOff) { run_scenes(1092, 1, 32, 0.1, 0, 0.005); }
 // Measured: 12 scenes of 200, 3.2 %, 2.8, water kept to 6e-15.
 TEST(SlowRandomScenes, ObeyTheLaws) { run_scenes(1000, 200, 32, 1.5, 36, 0.1); }
 
