@@ -400,14 +400,14 @@ Surroundings::Surroundings(const Vec3& low, const Vec3& high, const Sides& close
 }
 
 const ContactShape& ShapeLibrary::of(const ReducedBody& body) {
-  auto& shape = shapes_[body.archetype.get()];
-  if (!shape) shape = contact_shape(body.archetype);
+  auto& shape = shapes_[{body.archetype.get(), body.rung}];
+  if (!shape) shape = contact_shape(body.archetype, body.rung);
   return *shape;
 }
 
 std::size_t ShapeLibrary::bytes() const {
   std::size_t bytes = 0;
-  for (const auto& [archetype, shape] : shapes_)
+  for (const auto& [kind, shape] : shapes_)
     bytes += sizeof(SurfaceSample) * shape->samples.size() + 8 * shape->lattice.modes.size() +
              4 * shape->sampled.values.size();
   return bytes;

@@ -56,14 +56,15 @@ class Surroundings {
   std::vector<Item> items_;
 };
 
-/// Shapes of the bodies, one per archetype.
+/// Shapes of the bodies, one per archetype and rung.
 class ShapeLibrary {
  public:
   const ContactShape& of(const ReducedBody& body);
   std::size_t bytes() const;
 
  private:
-  std::map<const Archetype*, std::shared_ptr<const ContactShape>> shapes_;
+  std::map<std::pair<const Archetype*, const SurfaceRung*>, std::shared_ptr<const ContactShape>>
+      shapes_;
 };
 
 /// A cover of a scene.

@@ -201,16 +201,18 @@ BoxLattice::Stencil BoxLattice::stencil(const Vec3& x) const {
   return out;
 }
 
-std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype) {
+std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype,
+                                                  const SurfaceRung* rung) {
   auto shape = std::make_shared<ContactShape>();
-  const TriMesh& surface = archetype->surface;
+  shape->archetype = archetype;
+  shape->rung = rung;
+  const TriMesh& surface = shape->surface();
   shape->reach = body_reach(*archetype);
   shape->spacing = shape->reach.rest / kSamplesAcross;
   shape->samples = surface_samples(surface, shape->spacing);
   cluster(surface, shape->samples, 0, static_cast<int>(shape->samples.size()), shape->clusters);
-  if (archetype->sdf.values.empty()) shape->sampled = sample_distance(surface);
+  if (archetype->sdf.values.empty()) shape->sampled = sample_distance(archetype->surface);
   if (archetype->r() > 0) shape->lattice = mode_lattice(*archetype, kLatticeCells);
-  shape->archetype = std::move(archetype);
   return shape;
 }
 

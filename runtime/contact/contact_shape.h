@@ -57,12 +57,14 @@ struct ModeLattice : BoxLattice {
   MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis
 };
 
-/// What contact needs to know of an archetype, derived once and shared by its instances. The
-/// samples of a body under a cover lie on the cover, where it moves most with this body; they move
+/// What contact needs to know of an archetype, derived once and shared by its instances. Samples lie
+/// on the surface that the water meets: the body's own, or a rung of its ladder [D57]; distances are
+/// those of the body's own. The samples of a body under a cover lie on the cover, where it moves most with this body; they move
 /// with the body's nearest point.
 struct ContactShape {
   std::shared_ptr<const Archetype> archetype;
-  GridSdf sampled;  // used where the archetype stores no distances
+  const SurfaceRung* rung = nullptr;  // of the archetype; null: samples of its own surface
+  GridSdf sampled;                    // used where the archetype stores no distances
   std::vector<SurfaceSample> samples;
   std::vector<CoverPlace> places;  // by SurfaceSample::order; empty without a cover
   std::vector<SampleCluster> clusters;
@@ -71,10 +73,15 @@ struct ContactShape {
   BodyReach reach;
 
   bool covered() const { return !places.empty(); }
+  const TriMesh& surface() const { return rung ? rung->surface : archetype->surface; }
+  /// Of the surface's vertices, row 3 v + axis.
+  const MatX& modes() const { return rung ? rung->modes : archetype->surface_modes; }
   const GridSdf& sdf() const { return archetype->sdf.values.empty() ? sampled : archetype->sdf; }
 };
 
-std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype);
+/// `rung`: of the archetype, ReducedBody::rung of the instances.
+std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype,
+                                                  const SurfaceRung* rung = nullptr);
 
 /// A closed surface over several bodies that were cut out of it (a skin), met by contact instead
 /// of theirs. Shared by all instances.

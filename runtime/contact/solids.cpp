@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "common/base/check.h"
 #include "common/mesh/mesh_sdf.h"
 
 namespace archetide {
@@ -71,11 +72,12 @@ bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
 DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
                            const std::vector<Vec3>* cover)
     : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
+  ARCHETIDE_CHECK(body.rung == shape.rung);
   const ShapeCorrection shape_now = shape_correction(body, body.q);
   scale_ = shape_now.s;
   middle_ = centre_ + R_ * shape_now.shift;
   std::vector<Vec3> points;
-  surface_points(body, points);
+  wet_points(body, points);
   samples_.reserve(shape.samples.size());
   const auto mean = [](const std::vector<Vec3>& x, const Vec3i& v, const Vec3& w) {
     return Vec3(w[0] * x[v[0]] + w[1] * x[v[1]] + w[2] * x[v[2]]);
