@@ -53,6 +53,7 @@ void list_bodies(const BuiltScene& built) {
                std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
                std::to_string(body.r) + " modes");
   }
+  for (const DeformationForecast& kind : built.forecasts) line("deformation", forecast_text(kind));
   line("joints", built.joints.size());
   line("skins", built.skins.size());
   for (const std::string& text : coarser_surfaces(built.bodies, built.skins))

@@ -105,6 +105,11 @@ double highest_water(const FluidSpec& fluid) {
   return water.mesh.empty() ? std::min(top, fluid.high()[2]) : fluid.high()[2];
 }
 
+double water_distance(const FluidSpec& fluid, const Vec3& x) {
+  if (fluid.water.full) return box_distance({fluid.origin, fluid.high()}, x);
+  return shape_distance(fluid, x, INFINITY);
+}
+
 FluidState initial_fluid(const std::optional<FluidSpec>& fluid) {
   FluidState state;
   if (!fluid) return state;

@@ -13,6 +13,10 @@ bool has_water(const WaterSpec& water);
 /// Height of the highest point of the initial water, m, world frame.
 double highest_water(const FluidSpec& fluid);
 
+/// Signed distance of x to the initial water, m, negative in it; infinite where there is none, and
+/// for the water of a mesh.
+double water_distance(const FluidSpec& fluid, const Vec3& x);
+
 /// Water at rest: phi is the signed distance to the union of everything the scene gives, no grid
 /// cells means no tank. A full tank and a dry one lie a whole tank away from any surface.
 FluidState initial_fluid(const std::optional<FluidSpec>& fluid);

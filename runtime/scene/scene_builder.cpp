@@ -360,6 +360,13 @@ void choose_rungs(const SceneSpec& scene, BuiltScene& built) {
   }
 }
 
+/// What weight and impacts will do to the bodies, and a note where linear modes cannot tell.
+void forecast(const SceneSpec& scene, BuiltScene& built) {
+  built.forecasts = forecast_deformation(scene, built.options, built.bodies);
+  for (const DeformationForecast& kind : built.forecasts)
+    if (const std::string note = beyond_modes(kind); !note.empty()) built.notes.push_back(note);
+}
+
 }  // namespace
 
 BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
@@ -400,6 +407,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
   if (!bad.empty()) throw InputError(bad);
+  forecast(scene, built);
   return built;
 }
 

@@ -5,6 +5,7 @@
 
 #include "runtime/contact/overlap.h"
 #include "runtime/scene/archetype_library.h"
+#include "runtime/scene/deformation_forecast.h"
 #include "runtime/scene/scene_spec.h"
 #include "runtime/simulation.h"
 
@@ -22,7 +23,8 @@ struct BuiltScene {
   std::vector<std::string> joint_names;  // one per joint
   std::vector<Actuator> actuators;       // of [[force]]s
   std::vector<SkinnedBodies> skins;      // the same
-  std::vector<std::string> notes;        // what the user should know, a line each
+  std::vector<DeformationForecast> forecasts;  // one per archetype with modes
+  std::vector<std::string> notes;              // what the user should know, a line each
 };
 
 /// Throws FileError for archetypes that are missing or damaged, InputError for what does not fit

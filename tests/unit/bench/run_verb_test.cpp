@@ -102,6 +102,29 @@ TEST_F(RunVerb, NamesOfFoldersNeedNotBeUtf8) {
             kExitInput);
 }
 
+// Two modes of 1 Hz that a fall of 4 m drives far beyond what linear modes can tell.
+TEST_F(RunVerb, CheckAndTheHeaderOfARunWarnOfDeformationBeyondTheModes) {
+  Archetype soft = tetrahedron_archetype("soft");
+  soft.K_r *= 1e-4, soft.omega2 *= 1e-4;
+  write_archetype(folder_ / "soft.h5", soft);
+  folder_.write("soft.scene.toml",
+                "schema = 1\ntime = { end = 0.01, fps = 100 }\n[fluid]\ngrid = [16, 16, 20]\n"
+                "cell = 0.25\nwater = { level = 0 }\n[[body]]\narchetype = \"soft.h5\"\n"
+                "position = [2, 2, 4]\n");
+  const std::string warning = "deformation: soft may deform by up to";
+  EXPECT_EQ(run({"check", "soft.scene.toml"}), kExitDone);
+  const std::string listed = read_whole_file(folder_ / "out.txt");
+  expect_contains(listed, "deformation   soft: ");
+  expect_contains(listed, "note          " + warning);
+  EXPECT_EQ(run({"run", "soft.scene.toml", "-q", "-t", "1", "-o", "r"}), kExitDone);
+  expect_contains(read_whole_file(folder_ / "r/run.log"), "note       " + warning);
+}
+
+TEST_F(RunVerb, CheckForetellsNoDeformationOfRigidBodies) {
+  EXPECT_EQ(run({"check", "stone.scene.toml"}), kExitDone);
+  EXPECT_EQ(read_whole_file(folder_ / "out.txt").find("deformation"), std::string::npos);
+}
+
 TEST_F(RunVerb, AFolderBelongsToOneRunAtATime) {
   const pid_t first = start({"run", "tank.scene.toml", "-q", "-t", "1", "-o", "r"});
   ASSERT_TRUE(appears("r/manifest.json"));
