@@ -62,10 +62,25 @@ double norm_of(const std::vector<Vec3>& force) {
   return std::sqrt(sum);
 }
 
+// What the force on a vertex does to the modes, and what their motion does to its torque.
+void add_to_modes(const Archetype& a, int vertex, const Vec3& force, ActuationPattern& out) {
+  const auto phi = a.surface_modes.middleRows<3>(3 * vertex);
+  out.modal += phi.transpose() * force;
+  out.torque_of_modes -= skew(force) * phi;
+}
+
+// The same where the nodes move for themselves.
+void add_to_nodes(const NodalSpace& nodes, int vertex, const Vec3& force, ActuationPattern& out) {
+  const int dof = nodes.first_dof(vertex);
+  out.modal.segment<3>(dof) += force;
+  out.torque_of_modes.middleCols<3>(dof) -= skew(force);
+}
+
 }  // namespace
 
 ActuationPattern actuation_pattern(const Archetype& a, const std::vector<int>& vertices,
-                                   const ActuationDirection& direction, bool balanced) {
+                                   const ActuationDirection& direction, bool balanced,
+                                   const NodalSpace* nodes) {
   ARCHETIDE_CHECK(!vertices.empty());
   ActuationPattern out;
   out.vertices = vertices;
@@ -78,12 +93,14 @@ ActuationPattern actuation_pattern(const Archetype& a, const std::vector<int>& v
     balance(a.surface, vertices, middle, out.force);
     out.kept = before > 0.0 ? norm_of(out.force) / before : 0.0;
   }
-  out.modal = VecX::Zero(a.r());
-  out.torque_of_modes = MatX::Zero(3, a.r());
+  const int r = nodes ? nodes->size() : a.r();
+  out.modal = VecX::Zero(r);
+  out.torque_of_modes = MatX::Zero(3, r);
   for (std::size_t p = 0; p < vertices.size(); ++p) {
-    const auto phi = a.surface_modes.middleRows<3>(3 * vertices[p]);
-    out.modal += phi.transpose() * out.force[p];
-    out.torque_of_modes -= skew(out.force[p]) * phi;
+    if (nodes)
+      add_to_nodes(*nodes, vertices[p], out.force[p], out);
+    else
+      add_to_modes(a, vertices[p], out.force[p], out);
     if (!balanced) out.torque += a.surface.vertices[vertices[p]].cross(out.force[p]);
   }
   return out;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {
@@ -20,7 +21,7 @@ struct ActuationDirection {
 struct ActuationPattern {
   std::vector<int> vertices;   // of the surface
   std::vector<Vec3> force;     // one per vertex, 1
-  VecX modal;                  // r, sum phi_i . f, m
+  VecX modal;                  // r, sum phi_i . f, m; of a body of nodes 3 n, f, 1
   Vec3 torque = Vec3::Zero();  // sum x x f of the rest shape, m; 0 when the points are balanced
   MatX torque_of_modes;        // 3 x r, sum phi_i x f, m per unit q
   double kept = 1.0;           // share of the forces (2-norm) that balancing has left; 0: nothing
@@ -28,9 +29,11 @@ struct ActuationPattern {
 
 /// `balanced`: the forces lose the part that is a rigid motion of the points (least change in the
 /// 2-norm), so that they have no resultant and no torque at rest. Otherwise the whole body resists,
-/// each particle by its mass, which is what the projection B^T f means.
+/// each particle by its mass, which is what the projection B^T f means. `nodes`: of bodies of nodes;
+/// null: of modes.
 ActuationPattern actuation_pattern(const Archetype& archetype, const std::vector<int>& vertices,
-                                   const ActuationDirection& direction, bool balanced);
+                                   const ActuationDirection& direction, bool balanced,
+                                   const NodalSpace* nodes = nullptr);
 
 /// A pattern on one body, sine in time.
 struct Actuator {

@@ -21,8 +21,8 @@ std::vector<int> bodies_called(const ForceSpec& spec, const BuiltScene& built) {
 }
 
 // The forces must leave something to deform the body with.
-void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern, const Archetype& a,
-                   int r) {
+void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern,
+                   const ReducedBody& body) {
   constexpr double kNothing = 1e-3;  // of the forces; what is left is the mesh's asymmetry
   constexpr double kUnmoved = 1e-6;  // of the largest displacement of a mode in the point set
   if (pattern.kept <= kNothing) {
@@ -34,6 +34,9 @@ void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern, const
               "\" it is no more than a push or a turn of the body",
           "give direction = \"normal\" or \"radial\", more points, or balance = \"body\""}});
   }
+  if (body.nodes) return;  // they always give way
+  const Archetype& a = *body.archetype;
+  const int r = body.r;
   double largest = 0.0;
   for (const int v : pattern.vertices)
     largest = std::max(largest, a.surface_modes.block(3 * v, 0, 3, r).cwiseAbs().maxCoeff());
@@ -61,7 +64,8 @@ const std::vector<int>& point_set_of(const Archetype& a, const std::string& name
 
 void add_force(const ForceSpec& spec, BuiltScene& built) {
   std::mt19937_64 random(spec.seed);
-  std::map<const Archetype*, std::shared_ptr<const ActuationPattern>> patterns;
+  std::map<std::pair<const Archetype*, const NodalSpace*>, std::shared_ptr<const ActuationPattern>>
+      patterns;
   for (const int b : bodies_called(spec, built)) {
     const ReducedBody& body = built.bodies[b];
     const Archetype& a = *body.archetype;
@@ -71,11 +75,12 @@ void add_force(const ForceSpec& spec, BuiltScene& built) {
                              "\" is rigid: balanced forces only "
                              "deform, and it has no modes",
                          "give it modes, or remove the force"}});
-    auto& pattern = patterns[&a];
+    auto& pattern = patterns[{&a, body.nodes.get()}];
     if (!pattern) {
-      pattern = std::make_shared<const ActuationPattern>(actuation_pattern(
-          a, point_set_of(a, spec.points, spec.points_where), spec.direction, spec.balanced));
-      demand_effect(spec, *pattern, a, body.r);
+      pattern = std::make_shared<const ActuationPattern>(
+          actuation_pattern(a, point_set_of(a, spec.points, spec.points_where), spec.direction,
+                            spec.balanced, body.nodes.get()));
+      demand_effect(spec, *pattern, body);
     }
     const double turn = spec.random_phases ? uniform(random) : 0.0;
     built.actuators.push_back({b, pattern, spec.amplitude, spec.period,

@@ -8,7 +8,7 @@
 namespace archetide {
 
 /// From this part of a body's radius on its linear modes do not tell how it deforms: a bar whose
-/// tip moves by 30 % of its length is 8 % off, a ring pinched by as much 29 % [D58].
+/// tip moves by 30 % of its length is 8 % off, a ring pinched by as much 29 % [D59].
 constexpr double kModesTell = 0.3;
 
 /// What a body falls on: the water, the floor of the tank, or, in a crowd, another body.

@@ -69,7 +69,6 @@ void demand_nodes_alone(const BodySpec& spec, const SceneSpec& scene) {
   const std::string what = scene.body_contact      ? "[contact]"
                            : !scene.joints.empty() ? "[[joint]]"
                            : !scene.skins.empty()  ? "[[skin]]"
-                           : !scene.forces.empty() ? "[[force]]"
                                                    : "";
   if (what.empty()) return;
   throw InputError(

@@ -7,7 +7,7 @@
 namespace archetide {
 namespace {
 
-/// How far above its lowest point a body still counts as touching, of its radius [D58].
+/// How far above its lowest point a body still counts as touching, of its radius [D59].
 constexpr double kSupportHeight = 0.1;
 
 double radius_of(const Archetype& a) {

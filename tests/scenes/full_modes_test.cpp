@@ -54,13 +54,14 @@ class FullModes : public testing::Test {
                name + ".h5");
   }
   int simulate(const std::string& archetype, const std::string& modes,
-               const std::string& options = "") const {
+               const std::string& options = "", const std::string& more = "") const {
     std::ofstream(folder_ + "s.scene.toml")
         << "schema = 1\ntime = { end = 0.25, fps = 12 }\n[fluid]\ngrid = [12, 12, 12]\n"
            "cell = \"1/12\"\nwater = { level = 0.5 }\nwalls = { zmax = \"open\" }\n[[body]]\n"
            "archetype = \""
         << archetype << "\"\nposition = [0.5, 0.5, 0.6]\nvelocity = [0, 0, -1]\n"
         << (modes == "nodes" ? "deformable = \"full\"" : "modes = " + modes) << "\n"
+        << more
         << "[output]\nframes = [\"bodies.vtp\"]\ncheckpoint = { every_frames = 1, keep = 3 }\n";
     if (options.empty()) fs::remove_all(folder_ + "out");
     return run(ARCHETIDE_SIM_BIN " run " + folder_ + "s.scene.toml --archetypes " + folder_ +
@@ -116,6 +117,34 @@ TEST_F(FullModes, NodesMoveAsTheyDo) {
   ASSERT_EQ(simulate("bar", "nodes"), 0) << err();
   EXPECT_LT((last_position() - modes).norm(), 0.1 / 12);  // a tenth of a cell
   std::printf("measured: %.1e m\n", (last_position() - modes).norm());
+}
+
+// A [[force]] drives nodes as it drives all modes; its work is booked, and a run goes on bit for bit.
+TEST_F(FullModes, ForcesDriveNodesAsTheyDriveAllModes) {
+  const std::string squeeze =
+      "[[force]]\nbody = \"bar\"\npoints = \"ends\"\ndirection = \"radial\"\namplitude = 20.0\n"
+      "period = 0.2\n";
+  ASSERT_EQ(build("bar", "\"full\"", 1,
+                  "keep = \"tets\"\n[[points]]\nname = \"ends\"\n"
+                  "list = [[-0.2, 0, 0], [0.2, 0, 0], [0.2, 0.1, 0.1]]\n"),
+            0)
+      << err();
+  ASSERT_EQ(simulate("bar", "\"full\"", "", squeeze), 0) << err();
+  const Vec3 modes = last_position();
+  const double elastic = column("stats.csv", "body_elastic").back(),
+               work = column("stats.csv", "actuation_work").back();
+  ASSERT_EQ(simulate("bar", "\"full\""), 0) << err();
+  EXPECT_GT(std::abs(column("stats.csv", "body_elastic").back() - elastic), 0.01 * elastic);
+  ASSERT_EQ(simulate("bar", "nodes", "", squeeze), 0) << err();
+  EXPECT_LT((last_position() - modes).norm(), 1e-8);
+  EXPECT_NEAR(column("stats.csv", "body_elastic").back(), elastic, 1e-7 * elastic);
+  EXPECT_NEAR(column("stats.csv", "actuation_work").back(), work, 1e-7 * std::abs(work));
+  std::printf("measured: %.1e m, elastic %.1e, work %.1e off\n", (last_position() - modes).norm(),
+              column("stats.csv", "body_elastic").back() / elastic - 1.0,
+              column("stats.csv", "actuation_work").back() / work - 1.0);
+  const std::string table = read_whole_file(folder_ + "out/bodies.csv");
+  ASSERT_EQ(simulate("bar", "nodes", " --resume 1", squeeze), 0) << err();
+  EXPECT_EQ(read_whole_file(folder_ + "out/bodies.csv"), table);
 }
 
 // modes.kind = "nonlinear" in water: energy never rises, a run goes on bit for bit, and a bar that

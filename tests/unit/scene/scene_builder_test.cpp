@@ -80,8 +80,6 @@ TEST_F(BuildScene, BodiesOfNodesAreRefusedByNameBesideWhatTheyCannotDo) {
   expect_contains(refusal("[contact]\nfriction = 0.1\n"), are + "[contact]");
   expect_contains(refusal("[[joint]]\nbodies = [\"a\", \"b\"]\npoints = [[1, 0, 0]]\n"),
                   are + "[[joint]]");
-  expect_contains(refusal("[[force]]\nbody = \"b\"\npoints = \"few\"\namplitude = 1\nperiod = 1\n"),
-                  are + "[[force]]");
 }
 
 TEST_F(BuildScene, BodiesWhoseModesAreClampedAreRefused) {
