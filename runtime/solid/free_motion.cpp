@@ -67,14 +67,19 @@ void move_nonlinear_half(const ReducedBody& body, const VecX& force, double dt, 
                          FreeMotion& out) {
   constexpr int kPasses = 2;  // with one a bent, spinning bar gains 3 % in 20 periods [D54]
   const VecX first = fictitious_force(body, current_configuration(body), out.terms);
-  take(nonlinear_half_step(body, out.terms.M_q, first + force, dt), out);
+  MatX M_q = out.terms.M_q;
+  ModalMotion modes = nonlinear_half_step(body, M_q, first + force, dt);
   for (int pass = 0; pass < kPasses; ++pass) {
+    out.y_star.tail(body.r) = modes.q_dot;
     ReducedBody moved = body;
     const Configuration middle = advance_pose(moved, out, out.y_star, dt);
     const ConfigurationTerms there = configuration_terms(body, middle, mass);
-    const VecX load = fictitious_force(body, middle, there) + force;
-    take(nonlinear_half_step(body, there.M_q, load, dt), out);
+    M_q = there.M_q;
+    modes = nonlinear_half_step(body, M_q, fictitious_force(body, middle, there) + force, dt,
+                                std::move(modes));
   }
+  linearise(body, M_q, dt, modes);
+  take(std::move(modes), out);
 }
 
 /// free_motion of the modes of a nonlinear body; the rest of `out` is done.

@@ -64,10 +64,7 @@ struct HalfStep {
     make_definite(M_q, motion);
     const VecX linear =
         motion.M_hat_factor.solve(M_q * body.q_dot - 0.5 * dt * (V().force(body.q) - load));
-    const bool better = residual(linear).norm() < residual(body.q_dot).norm();
-    const VecX& v = better ? linear : body.q_dot;
-    linearise(v, motion);
-    return v;
+    return residual(linear).norm() < residual(body.q_dot).norm() ? linear : body.q_dot;
   }
   void linearise(const VecX& v, ModalMotion& motion) const {
     motion.M_hat = M_q + 0.5 * dt * C + 0.5 * dt * dt * mean_stiffness(V(), body.q, dt * v);
@@ -78,13 +75,12 @@ struct HalfStep {
 }  // namespace
 
 ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
-                                double dt) {
+                                double dt, ModalMotion motion) {
   constexpr int kMostTurns = 30, kMostHalvings = 8;
   constexpr double kAccuracy = 1e-9;  // of the momentum of inertia and load
   constexpr double kSlow = 0.2;       // a turn that leaves more needs the stiffness where it stands
   const HalfStep step{body, M_q, damping(body), load, dt};
-  ModalMotion motion;
-  motion.q_dot = step.start(motion);
+  if (motion.q_dot.size() == 0) motion.q_dot = step.start(motion);
   VecX rest = step.residual(motion.q_dot);
   const double goal = kAccuracy * ((M_q * body.q_dot).norm() + 0.5 * dt * load.norm() +
                                    0.5 * dt * step.V().force(body.q).norm());
@@ -101,8 +97,12 @@ ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const 
     if (trial.norm() < rest.norm()) motion.q_dot = v, rest = trial;
     if (slow) step.linearise(motion.q_dot, motion);
   }
-  step.linearise(motion.q_dot, motion);
   return motion;
+}
+
+void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion& motion) {
+  const VecX no_load;
+  HalfStep{body, M_q, damping(body), no_load, dt}.linearise(motion.q_dot, motion);
 }
 
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,

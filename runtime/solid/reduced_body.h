@@ -207,8 +207,11 @@ struct ModalMotion {
   MatX M_hat;  // r x r, kg, positive definite
   Eigen::LDLT<MatX> M_hat_factor;
 };
+/// `guess`: what a like load and M_q have given, or empty. Its M_hat is the last that Newton's
+/// method needed; linearise() makes that of the answer.
 ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
-                                double dt);
+                                double dt, ModalMotion guess = {});
+void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion& motion);
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
                                 const VecX& load, double dt);
 /// dt/2 C + dt^2/4 K(q) + M_q: the mass that impulses meet where a nonlinear body stands now; M_q
