@@ -36,7 +36,7 @@ std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
     const MatX &H = body.inverse_mass, &M = body.added_mass;
     inverse[b] = H * (MatX::Identity(M.rows(), M.cols()) + M * H).inverse() / mass;
     y[b] -=
-        coupled[b].inverse_mass * (mean_push * body.flux.rowwise().sum() +
+        coupled[b].inverse_mass * (mean_push * sum_columns(body.flux) +
                                    mass * gather_columns(body.flux, body.cell, pressure.data()));
   });
   return inverse;

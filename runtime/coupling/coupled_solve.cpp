@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/exception_carrier.h"
+#include "runtime/cut_cells/flux_columns.h"
 #include "runtime/numerics/parallel.h"
 
 namespace archetide {
@@ -247,7 +248,7 @@ void CoupledSolver::move_water(const Grid& g, const PressureSystem& s, double dt
 // Generalised impulse of a pressure that is the same at all cells of a body.
 VecX CoupledSolver::mean_push(std::size_t b, double impulse) const {
   const CoupledOperator::Body& body = operator_.bodies()[b];
-  if (!body.nodes) return impulse * body.flux.rowwise().sum();
+  if (!body.nodes) return impulse * sum_columns(body.flux);
   const auto cells = static_cast<Eigen::Index>(body.cell.size());
   return impulse * operator_.on_body(b, body.gather(MatX::Ones(cells, 1)));
 }

@@ -104,4 +104,9 @@ void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place
     out[place[m]] += columns.col(static_cast<Eigen::Index>(m)).dot(v);
 }
 
+VecX sum_columns(const MatX& columns) {
+  if (columns.cols() == 0) return VecX::Zero(columns.rows());
+  return columns.rowwise().sum();
+}
+
 }  // namespace archetide

@@ -16,6 +16,9 @@ VecX gather_columns(const MatX& columns, const std::vector<std::size_t>& place,
 VecX gather_columns(const MatX& columns, const std::vector<std::int64_t>& place,
                     const double* values);
 
+/// Sum over the columns, 6 + r; zero where there are none.
+VecX sum_columns(const MatX& columns);
+
 /// out[place[m]] += column m . v
 void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place, const VecX& v,
                      double* out);

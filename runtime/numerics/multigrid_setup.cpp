@@ -345,8 +345,8 @@ void MultigridLevel::find_row_segments(int j, int k) {
       uniform &= w == (water ? c : 0.0f);
     };
     face(cell[i - 1], x_face[i]), face(cell[i + 1], x_face[i + 1]);
-    face(cell[i - sy], y_face[i]), face(cell[i + sy], y_face[i + sy]);
-    face(cell[i - sz], z_face[i]), face(cell[i + sz], z_face[i + sz]);
+    face(*(cell + i - sy), y_face[i]), face(cell[i + sy], y_face[i + sy]);
+    face(*(cell + i - sz), z_face[i]), face(cell[i + sz], z_face[i + sz]);
     uniform &= count > 0 && diag[at + i] == static_cast<float>(count) * c;
     cells[i] = cell[i] != kUnknown ? kNoUnknown : uniform ? static_cast<RowCell>(count) : kGeneral;
   }
