@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/fluid/level_set.h"
+#include "runtime/solid/extent.h"
 
 namespace archetide {
 
@@ -11,12 +12,7 @@ double deformation(const ReducedBody& body) {
   if (body.r == 0) return 0.0;
   const Archetype& a = *body.archetype;
   const VecX u = surface_displacements(body, body.q);
-  double largest = 0.0, size = 0.0;
-  for (std::size_t v = 0; v < a.surface.vertices.size(); ++v) {
-    largest = std::max(largest, u.segment<3>(3 * static_cast<Eigen::Index>(v)).norm());
-    size = std::max(size, a.surface.vertices[v].norm());
-  }
-  return largest / size;
+  return largest_displacement(u) / bounding_radius(a);
 }
 
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& r) {

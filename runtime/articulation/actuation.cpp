@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "common/base/check.h"
+#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/rotation.h"
 
 namespace archetide {

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "runtime/solid/nodal_space.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {

@@ -59,8 +59,8 @@ struct ModeLattice : BoxLattice {
 
 /// What contact needs to know of an archetype, derived once and shared by its instances. Samples lie
 /// on the surface that the water meets: the body's own, or a rung of its ladder [D57]; distances are
-/// those of the body's own. The samples of a body under a cover lie on the cover, where it moves most with this body; they move
-/// with the body's nearest point.
+/// those of the body's own. The samples of a body under a cover lie on the cover, where it moves most
+/// with this body; they move with the body's nearest point.
 struct ContactShape {
   std::shared_ptr<const Archetype> archetype;
   const SurfaceRung* rung = nullptr;  // of the archetype; null: samples of its own surface

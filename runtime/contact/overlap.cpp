@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/solid/extent.h"
+
 namespace archetide {
 namespace {
 
@@ -28,12 +30,6 @@ double depth(const ReducedBody& a, const ReducedBody& b) {
 }
 
 }  // namespace
-
-double bounding_radius(const Archetype& archetype) {
-  double radius = 0.0;
-  for (const Vec3& x : archetype.surface.vertices) radius = std::max(radius, x.norm());
-  return radius;
-}
 
 double overlap_depth(const ReducedBody& a, const ReducedBody& b) {
   const double reach = bounding_radius(*a.archetype) + bounding_radius(*b.archetype);

@@ -4,9 +4,6 @@
 
 namespace archetide {
 
-/// Largest distance of a surface point from the centre of mass, m; a body without deformation.
-double bounding_radius(const Archetype& archetype);
-
 /// How deep two bodies stand in one another, m; 0 when they do not, or when an archetype has no
 /// distances. The centre, the corners and the middles of the faces of each are looked for in the
 /// other; shapes are those at rest, where the bodies are. O(vertices of both), O(1) far apart.

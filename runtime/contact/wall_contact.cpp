@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "runtime/solid/extent.h"
+
 namespace archetide {
 namespace {
 
@@ -216,13 +218,9 @@ WallContactResult resolve_wall_contacts(ReducedBody& body, const WallContactOpti
 }
 
 BodyReach body_reach(const Archetype& archetype) {
-  BodyReach reach{0.0, VecX::Zero(archetype.r())};
-  for (std::size_t v = 0; v < archetype.surface.vertices.size(); ++v) {
-    reach.rest = std::max(reach.rest, archetype.surface.vertices[v].norm());
-    for (int i = 0; i < archetype.r(); ++i)
-      reach.modes[i] =
-          std::max(reach.modes[i], archetype.surface_modes.col(i).segment<3>(3 * v).norm());
-  }
+  BodyReach reach{bounding_radius(archetype), VecX::Zero(archetype.r())};
+  for (int i = 0; i < archetype.r(); ++i)
+    reach.modes[i] = largest_displacement(archetype.surface_modes.col(i));
   return reach;
 }
 

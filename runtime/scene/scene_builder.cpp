@@ -16,6 +16,7 @@
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/place_markers.h"
 #include "runtime/scene/scatter.h"
+#include "runtime/solid/extent.h"
 #include "runtime/solid/rotation.h"
 
 namespace archetide {

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contact/overlap.h"
 #include "runtime/scene/archetype_library.h"
 #include "runtime/scene/deformation_forecast.h"
 #include "runtime/scene/scene_spec.h"

@@ -4,17 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "runtime/solid/extent.h"
+
 namespace archetide {
 namespace {
 
 /// How far above its lowest point a body still counts as touching, of its radius [D59].
 constexpr double kSupportHeight = 0.1;
-
-double radius_of(const Archetype& a) {
-  double square = 0.0;
-  for (const Vec3& x : a.surface.vertices) square = std::max(square, x.squaredNorm());
-  return std::sqrt(square);
-}
 
 /// Least and largest height of the surface above the centre of mass, m.
 struct Heights {
@@ -65,15 +61,6 @@ double mass_at(const ReducedBody& body, const Vec3& arm, const Vec3& up) {
   return body.mass_scale / (1.0 / m.mass + lever.dot(inertia.ldlt().solve(lever)));
 }
 
-/// max |S_v q|, m.
-double largest_displacement(const Archetype& a, const VecX& q) {
-  const VecX u = a.surface_modes.leftCols(q.size()) * q;
-  double square = 0.0;
-  for (Eigen::Index row = 0; row < u.size(); row += 3)
-    square = std::max(square, u.segment<3>(row).squaredNorm());
-  return std::sqrt(square);
-}
-
 /// No point sinks deeper than to the height of those that are stopped.
 double within_height(const SupportResponse& support, double deformation) {
   return std::min(deformation, support.height);
@@ -85,7 +72,7 @@ SupportResponse support_response(const ReducedBody& body, const Vec3& up) {
   const Archetype& a = *body.archetype;
   const int r = body.nodes ? a.r() : body.r;
   if (r == 0) return {};
-  const double radius = radius_of(a);
+  const double radius = bounding_radius(a);
   const Vec3 n = body.rotation.conjugate() * up;
   const Heights heights = heights_of(a, n);
   const Patch patch = patch_below(a, r, n, heights.low + kSupportHeight * radius);
@@ -94,7 +81,7 @@ SupportResponse support_response(const ReducedBody& body, const Vec3& up) {
   return {mass_at(body, patch.arm, n),
           patch.c.dot(rate),
           patch.c.dot(bend),
-          largest_displacement(a, bend) / radius,
+          largest_displacement(a.surface_modes.leftCols(r) * bend) / radius,
           (heights.high - heights.low) / radius,
           patch.area};
 }

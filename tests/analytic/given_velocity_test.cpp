@@ -1,31 +1,16 @@
 // Velocities that the scene gives and that do not fit each other: water towards a wall or a body.
 // They meet in an instant: pressure impulses, no time, nothing from nothing.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdio>
-
-#include "tests/support/coupled_tank.h"
-#include "tests/support/dry_body.h"
-#include "tests/support/synthetic_archetype.h"
-#include "tests/support/water_scene.h"
+#include "tests/hard/hard_case.h"
 
 namespace archetide {
 namespace {
 
 SimulationOptions weightless_tank(int cells) {
-  SimulationOptions o;
-  o.grid = {cells, cells, cells, 1.0 / cells, Vec3::Zero()};
-  o.has_water = true;
+  SimulationOptions o = unit_tank(cells);
+  o.open_side[kZMax] = false;
   o.gravity.setZero();
   o.tolerance = 1e-10;
   return o;
-}
-
-ReducedBody rigid_ball(double radius, double density, const Vec3& position) {
-  ReducedBody body = make_body(rigid_surface_archetype(volume_true_sphere(3, radius), density), 0);
-  body.position = position;
-  return body;
 }
 
 // In a closed tank full of water a uniform stream is the gradient of a potential: nothing is left.

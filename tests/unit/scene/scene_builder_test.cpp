@@ -7,6 +7,7 @@
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scatter.h"
+#include "runtime/solid/extent.h"
 #include "scene_test_support.h"
 
 namespace archetide {
