@@ -13,8 +13,12 @@ namespace {
 // 36 times the speed of the stream. From half a cell on a ball rising at CFL 1 would lose energy.)
 constexpr double kFarthestDebt = 1.0;
 
-double share_of_way(double cells) {
-  const double beyond = cells / kFarthestDebt;
+// A side that water follows as the body leaves it: near the surface that water comes from elsewhere
+// as soon as the way is more than this part of the depth [D61].
+constexpr double kFollowedDebt = 0.1;
+
+double share_of_way(double cells, double farthest) {
+  const double beyond = cells / farthest;
   return beyond > 1.0 ? 1.0 / (beyond * beyond) : 1.0;
 }
 
@@ -41,11 +45,14 @@ std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::ve
         return Vec3(w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2]);
       };
       const Vec3 place = at_centroid(middle);
-      const double wet = std::clamp(0.5 - interpolate(g, *water.phi, place) / g.dx, 0.0, 1.0);
-      if (wet == 0.0) return;
+      const double depth = 0.5 - interpolate(g, *water.phi, place) / g.dx;
+      if (depth <= 0.0) return;
       const Vec3 swept = at_centroid(way);
-      const double volume = g.dx * g.dx * swept.dot(vector_area(piece)),
-                   share = wet * share_of_way(swept.cwiseAbs().maxCoeff() / g.dx);
+      const double volume = g.dx * g.dx * swept.dot(vector_area(piece));
+      const double farthest =
+          volume < 0.0 ? std::min(kFarthestDebt, kFollowedDebt * depth) : kFarthestDebt;
+      const double share =
+          std::min(depth, 1.0) * share_of_way(swept.cwiseAbs().maxCoeff() / g.dx, farthest);
       const Vec3 load = (scale * share * volume) * interpolate(g, *water.push, place);
       triangle.add(w, load, [&](std::size_t m) { return impulses[m].data(); });
     });

@@ -170,12 +170,10 @@ class RandomScene {
 };
 
 // Known misses: no rise of the energy above 0.5 % is asked for. `most` is the largest that is
-// measured, `more` how many scenes have more than 0.5 %: sheets below a cell. And no speed above 4 of
-// that which height and stream give: `faster` scenes have up to 4.5.
-void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most,
-                int faster = 0) {
+// measured, `more` how many scenes have more than 0.5 %: sheets below a cell.
+void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most) {
   constexpr double kMostSpeed = 4.0;
-  int rising = 0, fast = 0;
+  int rising = 0;
   double kept = 0.0, rise = 0.0, speed = 0.0;
   for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
     const Outcome o = RandomScene(seed, most_cells).run(end);
@@ -184,11 +182,10 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
     EXPECT_TRUE(o.finite) << seed;
     rising += o.energy_rise > 0.005;
     kept = std::max(kept, o.kept), rise = std::max(rise, o.energy_rise);
-    speed = std::max(speed, o.speed), fast += o.speed > kMostSpeed;
+    speed = std::max(speed, o.speed);
   }
   expect_at_most("change of all water", kept, 1e-10);
-  expect_at_most("fastest water / sqrt(2 g H)", speed, faster > 0 ? 4.5 : kMostSpeed);
-  expect_at_most("scenes whose water is faster than 4 of it", fast, faster);
+  expect_at_most("fastest water / sqrt(2 g H)", speed, kMostSpeed);
   expect_at_most("rise of the energy", rise, most);
   expect_at_most("scenes whose energy rises by more than 0.5 %", rising, more);
 }
@@ -198,8 +195,8 @@ TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 5, 0.02); }
 // A stream strikes a light soft body at rest, at CFL 4 (it was thrown off: 20.5 for the speed [D58]).
 // Measured: speed 2.9, no rise.
 TEST(RandomScenes, LightBodyInAStreamIsNotThrownOff) { run_scenes(1092, 1, 32, 0.1, 0, 0.005); }
-// Measured: 13 scenes of 200, 3.2 %, 4.16 (seed 1123 at 1.04 s; the next 2.9), water kept to 6e-15.
-TEST(SlowRandomScenes, ObeyTheLaws) { run_scenes(1000, 200, 32, 1.5, 36, 0.1, 1); }
+// Measured: 13 scenes of 200, 3.2 %, 2.9, water kept to 6e-15.
+TEST(SlowRandomScenes, ObeyTheLaws) { run_scenes(1000, 200, 32, 1.5, 36, 0.1); }
 
 }  // namespace
 }  // namespace archetide
