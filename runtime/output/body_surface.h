@@ -7,8 +7,8 @@
 
 namespace archetide {
 
-/// The deformed surfaces of all bodies in the world, body b's vertices marked with b. Bodies under
-/// a skin are not among them: the skin is, marked with its first one.
+/// The deformed surfaces of all bodies in the world, body b's vertices marked with b, with their
+/// places at rest. Bodies under a skin are not among them: the skin is, marked with its first one.
 SurfaceMesh bodies_surface(const std::vector<ReducedBody>& bodies,
                            const std::vector<SkinnedBodies>& skins = {});
 

@@ -62,7 +62,7 @@ SurfaceMesh dots(const std::vector<Vec3>& points, double radius) {
 }
 
 // In linear light, which the square of sRGB is close to.
-Vec3f body_colour(int b) {
+Vec3f palette_colour(int b) {
   const auto& c = body_palette(b);
   return Vec3f(c[0] * c[0], c[1] * c[1], c[2] * c[2]);
 }
@@ -71,6 +71,7 @@ Vec3f body_colour(int b) {
 
 Painter::Painter(const Stage& stage)
     : stage_(stage),
+      rest_(rest_boxes(stage.bodies)),
       edges_(stage.has_tank
                  ? box_edges(stage.low, stage.high, 0.0015 * (stage.high - stage.low).norm())
                  : SurfaceMesh()),
@@ -264,9 +265,8 @@ bool Painter::opaque_surface(const Ray& ray, Surface& surface, float& t) const {
   const SurfaceMesh& bodies = stage_.bodies;
   surface.position = ray.at(t);
   if (hit.mesh == kBodies) {
-    const int v = bodies.triangles[hit.triangle][0];
     surface.normal = smooth_normal(bodies, hit);
-    surface.colour = body_colour(bodies.body.empty() ? 0 : bodies.body[v]);
+    surface.colour = body_colour(hit);
     surface.gloss = 1.0f;
   } else {
     const bool marker = hit.mesh == kMarkers, drop = hit.mesh == kSpray;
@@ -284,6 +284,35 @@ bool Painter::is_tank_side(const Vec3f& position, const Vec3f& normal) const {
   const float wall = normal[axis] > 0.0f ? high_[axis] : low_[axis];
   // The lid is a surface like any other.
   return std::abs(position[axis] - wall) < 1e-4f * size_ && !(axis == 2 && normal[2] > 0.0f);
+}
+
+std::vector<Painter::RestBox> Painter::rest_boxes(const SurfaceMesh& bodies) {
+  std::vector<RestBox> boxes;
+  for (std::size_t v = 0; v < bodies.rest.size(); ++v) {
+    const auto b = static_cast<std::size_t>(bodies.body[v]);
+    if (b >= boxes.size()) boxes.resize(b + 1);
+    boxes[b].low = boxes[b].low.cwiseMin(bodies.rest[v]);
+    boxes[b].high = boxes[b].high.cwiseMax(bodies.rest[v]);
+  }
+  return boxes;
+}
+
+// Two tones in cubes that are painted on the undeformed body: they show how it turns and bends.
+Vec3f Painter::body_colour(const RayHit& hit) const {
+  constexpr double kCubes = 6.0;  // along the longest side
+  const SurfaceMesh& bodies = stage_.bodies;
+  const Vec3i& t = bodies.triangles[hit.triangle];
+  const int body = bodies.body.empty() ? 0 : bodies.body[t[0]];
+  const Vec3f colour = palette_colour(body);
+  if (bodies.rest.empty()) return colour;
+  const Vec3 rest = (1.0 - hit.u - hit.v) * bodies.rest[t[0]] + hit.u * bodies.rest[t[1]] +
+                    hit.v * bodies.rest[t[2]];
+  const RestBox& box = rest_[static_cast<std::size_t>(body)];
+  const Vec3 cube = kCubes / (box.high - box.low).maxCoeff() * (rest - 0.5 * (box.low + box.high));
+  long sum = 0;  // the middle lies in a cube
+  for (int a = 0; a < 3; ++a) sum += std::lround(cube[a]);
+  if ((sum & 1) == 0) return colour;
+  return colour.mean() > 0.5f ? Vec3f(0.5f * colour) : mix(colour, Vec3f::Constant(0.9f), 0.45f);
 }
 
 // Soft tiles with thin lines, fading into the horizon's colour far away.

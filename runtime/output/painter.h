@@ -30,6 +30,11 @@ class Painter {
     float gloss = 0.0f;
   };
 
+  struct RestBox {  // around an undeformed body, m
+    Vec3 low = Vec3::Constant(1e30), high = Vec3::Constant(-1e30);
+  };
+
+  static std::vector<RestBox> rest_boxes(const SurfaceMesh& bodies);
   Vec3f air_light(const Ray& ray, int depth, Dice& dice) const;
   Vec3f water_surface_light(const Ray& ray, const RayHit& hit, int depth, Dice& dice) const;
   Vec3f light_through_water(Ray ray, int depth, Dice& dice) const;
@@ -39,10 +44,12 @@ class Painter {
 
   bool opaque_surface(const Ray& ray, Surface& surface, float& t) const;
   bool is_tank_side(const Vec3f& position, const Vec3f& normal) const;
+  Vec3f body_colour(const RayHit& hit) const;
   Vec3f ground_colour(const Vec3f& position) const;
   Vec3f transmittance(float length) const;
 
   const Stage& stage_;
+  std::vector<RestBox> rest_;             // of each body
   SurfaceMesh edges_;                     // the tank's edges as thin bars
   SurfaceMesh dots_, drops_;              // one on each marker, drop of spray
   RayScene opaque_, edge_scene_, water_;  // edges cast no shadow

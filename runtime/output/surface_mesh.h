@@ -6,12 +6,13 @@
 
 namespace archetide {
 
-/// A triangle surface as frames store it. `body` is empty for water, else one id per vertex.
+/// A triangle surface as frames store it. `body` and `rest` are empty for water, else one per vertex.
 struct SurfaceMesh {
   std::vector<Vec3> vertices;    // n, m
   std::vector<Vec3> normals;     // n, unit, outward
   std::vector<Vec3i> triangles;  // nf, counter-clockwise seen from outside
   std::vector<int> body;         // n or empty; a triangle belongs to the body of its vertices
+  std::vector<Vec3> rest;        // n or empty, where they are in the undeformed body, m
 };
 
 }  // namespace archetide

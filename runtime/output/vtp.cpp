@@ -115,6 +115,7 @@ void write_vtp(const std::string& path, const SurfaceMesh& mesh, double time) {
   text.open("PointData Normals=\"Normals\"");
   text.array("Normals", "Float32", 3, flat(mesh.normals));
   if (!mesh.body.empty()) text.array("body", "Int32", 1, mesh.body);
+  if (!mesh.rest.empty()) text.array("rest", "Float32", 3, flat(mesh.rest));
   text.close("PointData");
   text.open("CellData");
   if (!mesh.body.empty()) text.array("body", "Int32", 1, cell_body);
@@ -140,6 +141,10 @@ SurfaceMesh read_vtp(const std::string& path) {
   mesh.vertices = points_of(take_array<float>(path, bytes, "Points"));
   mesh.normals = points_of(take_array<float>(path, bytes, "Normals"));
   mesh.body = take_array<int>(path, bytes, "body");
+  mesh.rest = points_of(take_array<float>(path, bytes, "rest"));
+  for (const std::size_t size : {mesh.normals.size(), mesh.body.size(), mesh.rest.size()})
+    if (size != 0 && size != mesh.vertices.size())
+      throw FileError(path + ": an array on points is of another length than the points");
   const std::vector<int> corners = take_array<int>(path, bytes, "connectivity");
   const int n = static_cast<int>(mesh.vertices.size());
   for (std::size_t c = 0; c + 2 < corners.size(); c += 3) {

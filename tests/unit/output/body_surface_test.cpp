@@ -22,6 +22,8 @@ TEST(BodiesSurface, PlacesEveryBodyInTheWorldUnderItsNumber) {
   // Two outward tetrahedra of volume 1/6 each.
   EXPECT_NEAR(enclosed_volume({mesh.vertices, mesh.triangles}), 1.0 / 3.0, 1e-14);
   for (const Vec3& n : mesh.normals) EXPECT_NEAR(n.norm(), 1.0, 1e-14);
+  ASSERT_EQ(mesh.rest.size(), 8u);
+  for (int v = 0; v < 8; ++v) EXPECT_EQ(mesh.rest[v], archetype->surface.vertices[v % 4]);
 }
 
 TEST(BodiesSurface, ASkinStandsInForItsBodies) {
@@ -43,6 +45,7 @@ TEST(BodiesSurface, ASkinStandsInForItsBodies) {
       bodies_surface(bodies, {{bind_skin(skin, {archetype, archetype}), {1, 2}}});
   ASSERT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.body, (std::vector<int>{0, 0, 0, 0, 1, 1, 1, 1}));
+  for (int v = 0; v < 4; ++v) EXPECT_EQ(mesh.rest[4 + v], skin->surface.vertices[v]);
   for (int v = 0; v < 4; ++v)
     EXPECT_LT((mesh.vertices[4 + v] - archetype->surface.vertices[v] - Vec3(2.5, 0, 0)).norm(),
               1e-14);

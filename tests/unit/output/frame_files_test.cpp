@@ -47,12 +47,15 @@ TEST(FrameFiles, PlyReadsBackWhatWasWritten) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.ply.part"));
 }
 
-TEST(FrameFiles, VtpReadsBackWhatWasWrittenWithBodyNumbers) {
+TEST(FrameFiles, VtpReadsBackWhatWasWrittenWithBodiesAndRest) {
   const ScratchFolder folder;
-  write_vtp(folder / "a.vtp", two_balls(), 0.25);
+  SurfaceMesh mesh = two_balls();
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) mesh.rest.emplace_back(0.25 * v, -1.5, v);
+  write_vtp(folder / "a.vtp", mesh, 0.25);
   const SurfaceMesh back = read_vtp(folder / "a.vtp");
   expect_same(two_balls(), back);
   EXPECT_EQ(back.body, two_balls().body);
+  EXPECT_EQ(back.rest, mesh.rest);
 }
 
 TEST(FrameFiles, EmptySurfacesAreFiles) {
@@ -112,6 +115,10 @@ TEST(FrameFiles, TruncatedOrForeignFilesAreRefused) {
   std::ofstream(folder / "b.ply") << "ply\nformat ascii 1.0\nend_header\n";
   EXPECT_THROW(read_ply(folder / "b.ply"), FileError);
   EXPECT_THROW(read_vtp(folder / "missing.vtp"), FileError);
+  SurfaceMesh torn = two_balls();
+  torn.rest.resize(3, Vec3::Zero());
+  write_vtp(folder / "c.vtp", torn, 0.0);
+  EXPECT_THROW(read_vtp(folder / "c.vtp"), FileError);
 }
 
 TEST(FrameFiles, PvdNamesEveryFrameWithItsTime) {
