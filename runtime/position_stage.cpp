@@ -5,6 +5,7 @@
 
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
+#include "runtime/joint_work.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/statistics.h"
 
@@ -198,6 +199,7 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
 
 std::optional<HalfStep> advance_positions(SimulationState& s, double dt, StepAttempt& attempt) {
   HalfStep half;
+  half.start = jointed_starts(s);
   if (s.body_contacts) {
     ScopedTimer search(s.profile, "contact");
     half.reachable = reachable_contacts(s, dt);

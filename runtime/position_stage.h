@@ -8,15 +8,23 @@
 
 namespace archetide {
 
+/// A jointed body at the start of a step.
+struct JointedStart {
+  VecX y;  // 6 + r
+  Vec3 P = Vec3::Zero(), L = Vec3::Zero();
+  VecX q_dot;
+};
+
 /// What the positions stage hands to the contacts and to the velocities stage; vectors hold a value
 /// per body.
 struct HalfStep {
   std::vector<Configuration> middle;           // at t + dt/2: where the velocities' terms are read
   std::vector<std::vector<Vec3>> read_points;  // surface, read back in time, m; empty: as it stands
   std::vector<StageContacts> held;             // points at walls
-  std::vector<VecX> reaction;  // of the joints, 6 + r, N s and N m s; empty: no joints
-  GroupContacts reachable;     // contacts of this stage, with the forces that they pushed
-  GroupContacts touching;      // contacts of the velocities stage, once they are resolved
+  std::vector<VecX> reaction;       // of the joints, 6 + r, N s and N m s; empty: no joints
+  std::vector<JointedStart> start;  // empty: no joints
+  GroupContacts reachable;          // contacts of this stage, with the forces that they pushed
+  GroupContacts touching;           // contacts of the velocities stage, once they are resolved
 };
 
 /// Section 6, positions: water and bodies over dt/2 (s), coupled (Eq. 45, with joints Eq. 49); the

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "runtime/joint_work.h"
 #include "runtime/solid/nonlinear_motion.h"
 
 namespace archetide {
@@ -87,6 +88,10 @@ bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
       Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
       if_together(s, half.touching), s.water.narrow_flow(), &s.water.held());
   if (!report.velocity.converged) return false;
+  constexpr int kMostHalvings = 6;  // for energy; then the step is taken as it is
+  if (report.halvings < kMostHalvings && s.options.on_fail != OnFail::kStop &&
+      joints_drive(s, half, results))
+    return false;
   if (s.body_contacts) {
     timer.hand_over("contact", s.coupling.contact_seconds());
     s.body_contacts->memory.velocity = half.touching.forces;
