@@ -62,6 +62,38 @@ TEST(WellBalanced, NeutralSphereAndAlignedCubeHoverAtAnySubCellPosition) {
   }
 }
 
+// The same for five seconds, also where gravity does not lie along the grid (a full, closed tank).
+// No speed grows, and none has a direction.
+void expect_neutral_bodies_to_hover(int offsets, double end) {
+  for (const bool tilted : {false, true})
+    for (const bool cube : {false, true}) {
+      SimulationOptions o = tank(20);
+      o.tolerance = 1e-8;
+      o.open_side[kZMax] = !tilted;
+      if (tilted) o.gravity = Vec3(3.0, -2.0, -9.0);
+      const double a = 3.2 * o.grid.dx;
+      const auto archetype =
+          cube ? rigid_surface_archetype(box_surface(Vec3::Constant(2 * a), 2), o.water_density)
+               : rigid_surface_archetype(volume_true_sphere(3, a), o.water_density);
+      double worst = 0.0;
+      for (int n = 0; n < offsets; ++n) {
+        const Vec3 position = Vec3(0.5, 0.5, 0.35) + o.grid.dx * offset(n);
+        Simulation s(o, water_to(o.grid, tilted ? INFINITY : 0.8), {at(archetype, position)}, {});
+        while (s.time() < end - 1e-9) {
+          s.step(0.04);
+          worst = std::max(worst, s.bodies()[0].P.norm() / archetype->integrals.mass);
+        }
+      }
+      std::printf("%s, %s: largest speed %.2e sqrt(g a)\n", cube ? "cube" : "sphere",
+                  tilted ? "tilted gravity" : "upright", worst / std::sqrt(9.81 * a));
+      EXPECT_LT(worst, 1e-9 * std::sqrt(9.81 * a));  // 1e-3 is asked for
+    }
+}
+TEST(WellBalanced, NeutralBodiesHoverInTiltedGravityToo) { expect_neutral_bodies_to_hover(2, 0.2); }
+TEST(SlowWellBalanced, NeutralBodiesHoverForFiveSeconds) {
+  expect_neutral_bodies_to_hover(10, 5.0);
+}
+
 // Five steps of a sphere that floats, released out of balance; the difference is solver tolerance.
 TEST(WellBalanced, ReferenceLevelDoesNotMatter) {
   Vec3 velocity[2];

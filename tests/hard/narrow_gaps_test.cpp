@@ -60,6 +60,48 @@ TEST(H06NarrowGap, BallsThatApproachUnderWaterDoNotStickOrPassThrough) {
   }
 }
 
+// Added mass of a sphere at height h over a wall that it approaches, of its displaced mass: a dipole
+// and its images in wall and sphere [Lam32, art. 99]. Two equal ones that meet are mirror images.
+double mass_beside_wall(double h, double a) {
+  double sum = 0.0, place = 0.0, strength = 1.0;
+  for (int n = 0; n < 200; ++n) {
+    strength *= std::pow(a / (2.0 * h - place), 3);
+    place = a * a / (2.0 * h - place);
+    sum += strength;
+  }
+  return 0.5 * (1.0 + 3.0 * sum);
+}
+
+// From a gap of one cell to half of it: (m + m_a(h)) v^2 stays.
+TEST(H06NarrowGap, BallsSlowDownAsTheirImagesSay) {
+  EXPECT_NEAR(mass_beside_wall(1.5, 1.0), 0.5586567604, 1e-9);
+  const int n = 32;
+  const double dx = 1.0 / n, a = 4.0 * dx, speed = 0.1, start = a + 0.5 * dx;
+  SimulationOptions o = unit_tank(n);
+  o.gravity.setZero();
+  o.open_side[kZMax] = false;
+  ReducedBody left = rigid_ball(a, 1000.0, Vec3(0.5 - start, 0.5, 0.5)),
+              right = rigid_ball(a, 1000.0, Vec3(0.5 + start, 0.5, 0.5));
+  left.P = body_mass(left) * Vec3(speed, 0, 0), right.P = -left.P;
+  Simulation s(o, water_to(o.grid, INFINITY), {left, right}, {});
+  const double volume = s.step(1e-3).accounted_volume();  // they meet the water
+  const double first = velocity_of(s.bodies()[0])[0], h0 = 0.5 - s.bodies()[0].position[0];
+  double drift = 0.0, askew = 0.0;
+  while (0.5 - s.bodies()[0].position[0] > a + 0.25 * dx) {
+    const StepReport r = s.step(5e-3);
+    drift = std::max(drift, std::abs(r.accounted_volume() / volume - 1.0));
+    askew = std::max(askew, (s.bodies()[0].P + s.bodies()[1].P).norm() / left.P.norm());
+  }
+  const double last = velocity_of(s.bodies()[0])[0], h1 = 0.5 - s.bodies()[0].position[0];
+  const double exact =
+      first * std::sqrt((1.0 + mass_beside_wall(h0, a)) / (1.0 + mass_beside_wall(h1, a)));
+  std::printf("from %.4f to %.4f m/s, the images say %.4f\n", first, last, exact);
+  expect_at_most("loss of speed against the images'",
+                 std::abs((first - last) / (first - exact) - 1), 0.2);
+  expect_at_most("momentum of the pair against one's", askew, 1e-6);
+  expect_at_most("change of the water", drift, 1e-3);
+}
+
 // ---- H7: wedged --------------------------------------------------------------------------------
 
 TEST(H07Wedged, BallInASlotComesToRest) {
