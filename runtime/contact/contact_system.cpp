@@ -26,6 +26,7 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
 
 MatX response(const ContactBody& b, const MatX& J) {
   if (b.inverse_mass) return *b.inverse_mass * J.transpose();
+  if (b.nodes) return b.nodes->inverse_mass() * J.transpose();
   MatX W(J.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) W.col(axis) = b.H->solve(J.row(axis).transpose());
   return W;
@@ -35,22 +36,30 @@ double tangent_compliance(const Mat3& D) {
   return 0.5 * (D(1, 1) + D(2, 2) + std::hypot(D(1, 1) - D(2, 2), D(1, 2) + D(2, 1)));
 }
 
-ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& bodies) {
+// The velocity of the sample of contact k, or of where it touches the other body.
+MatX rows_of_sample(int k, const BodyContact& c, const Mat3& frame, const ContactBody& a) {
+  if (a.nodes) return a.nodes->rows_of(k);
+  const MatX phi = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
+  return frame * place_jacobian(a, c.point, phi);
+}
+MatX rows_of_touched(int k, const BodyContact& c, const Mat3& frame, const ContactBody& b) {
+  if (b.nodes) return b.nodes->rows_of(k);
+  const MatX phi =
+      c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r) : MatX::Zero(3, b.body->r);
+  return -frame * place_jacobian(b, c.point, phi);
+}
+
+ContactRows contact_rows(int k, const BodyContact& c, const std::vector<ContactBody>& bodies) {
   ContactRows rows;
   rows.a = c.a, rows.b = c.b;
   if (c.material) rows.friction = c.material->friction;
   rows.frame = contact_frame(c.normal);
-  const ContactBody& a = bodies[c.a];
-  const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
-  rows.J_a = rows.frame * place_jacobian(a, c.point, phi_a);
-  rows.W_a = response(a, rows.J_a);
+  rows.J_a = rows_of_sample(k, c, rows.frame, bodies[c.a]);
+  rows.W_a = response(bodies[c.a], rows.J_a);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
-    const ContactBody& b = bodies[c.b];
-    const MatX phi_b = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
-                                     : MatX::Zero(3, b.body->r);
-    rows.J_b = -rows.frame * place_jacobian(b, c.point, phi_b);
-    rows.W_b = response(b, rows.J_b);
+    rows.J_b = rows_of_touched(k, c, rows.frame, bodies[c.b]);
+    rows.W_b = response(bodies[c.b], rows.J_b);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -59,13 +68,37 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
 
 }  // namespace
 
+void add_rows(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies) {
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const BodyContact& c = contacts[k];
+    const Mat3 frame = contact_frame(c.normal);
+    const auto add = [&](int b, double sign, bool touched) {
+      if (b < 0 || !bodies[b].nodes) return;
+      const ContactShape& shape = *bodies[b].shape;
+      bodies[b].nodes->add(static_cast<int>(k), sign * frame, c.point - bodies[b].body->position,
+                           c.sample < 0 ? VertexShares()
+                           : touched    ? shares_at_rest_place(shape, c.rest_b)
+                                        : shares_of_sample(shape, c.sample));
+    };
+    add(c.a, 1.0, false);
+    add(c.b, -1.0, true);
+  }
+}
+
+void add_rows(int k, int a, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+  const ContactBody& b = bodies[a];
+  if (!b.nodes) return;
+  b.nodes->add(k, contact_frame(point.normal),
+               surface_point(*b.body, point.vertex) - b.body->position, {{point.vertex, 1.0}});
+}
+
 ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
                              const std::vector<ContactBody>& bodies)
     : rows_(contacts.size()) {
   ExceptionCarrier carrier;
 #pragma omp parallel for schedule(static) if (contacts.size() > 64)
   for (std::size_t k = 0; k < contacts.size(); ++k)
-    carrier.run([&] { rows_[k] = contact_rows(contacts[k], bodies); });
+    carrier.run([&] { rows_[k] = contact_rows(static_cast<int>(k), contacts[k], bodies); });
   carrier.rethrow();
 }
 
@@ -75,7 +108,10 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
   rows.friction = friction;
   rows.a = a;
   rows.frame = contact_frame(point.normal);
-  rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
+  rows.J_a =
+      bodies[a].nodes
+          ? bodies[a].nodes->rows_of(static_cast<int>(rows_.size()))
+          : MatX(rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex));
   rows.W_a = response(bodies[a], rows.J_a);
   rows.D = rows.J_a * rows.W_a;
   rows.rho = tangent_compliance(rows.D);
