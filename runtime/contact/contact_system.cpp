@@ -24,9 +24,10 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
   return phi;
 }
 
-MatX response(const ContactBody& b, const MatX& J) {
+MatX response(const ContactBody& b, const MatX& J, int unit) {
+  if (unit >= 0)
+    return (b.inverse_mass ? *b.inverse_mass : b.nodes->inverse_mass()).middleCols<3>(unit);
   if (b.inverse_mass) return *b.inverse_mass * J.transpose();
-  if (b.nodes) return b.nodes->inverse_mass() * J.transpose();
   MatX W(J.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) W.col(axis) = b.H->solve(J.row(axis).transpose());
   return W;
@@ -55,11 +56,13 @@ ContactRows contact_rows(int k, const BodyContact& c, const std::vector<ContactB
   if (c.material) rows.friction = c.material->friction;
   rows.frame = contact_frame(c.normal);
   rows.J_a = rows_of_sample(k, c, rows.frame, bodies[c.a]);
-  rows.W_a = response(bodies[c.a], rows.J_a);
+  if (bodies[c.a].nodes) rows.unit_a = bodies[c.a].nodes->first_row(k);
+  rows.W_a = response(bodies[c.a], rows.J_a, rows.unit_a);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
     rows.J_b = rows_of_touched(k, c, rows.frame, bodies[c.b]);
-    rows.W_b = response(bodies[c.b], rows.J_b);
+    if (bodies[c.b].nodes) rows.unit_b = bodies[c.b].nodes->first_row(k);
+    rows.W_b = response(bodies[c.b], rows.J_b, rows.unit_b);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -112,7 +115,8 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
       bodies[a].nodes
           ? bodies[a].nodes->rows_of(static_cast<int>(rows_.size()))
           : MatX(rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex));
-  rows.W_a = response(bodies[a], rows.J_a);
+  if (bodies[a].nodes) rows.unit_a = bodies[a].nodes->first_row(static_cast<int>(rows_.size()));
+  rows.W_a = response(bodies[a], rows.J_a, rows.unit_a);
   rows.D = rows.J_a * rows.W_a;
   rows.rho = tangent_compliance(rows.D);
   rows_.push_back(std::move(rows));
@@ -120,8 +124,12 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
 
 Vec3 ContactSystem::velocity(std::size_t k, const std::vector<VecX>& y) const {
   const ContactRows& c = rows_[k];
-  Vec3 v = c.J_a * y[c.a];
-  if (c.b >= 0) v += c.J_b * y[c.b];
+  Vec3 v = c.unit_a >= 0 ? Vec3(y[c.a].segment<3>(c.unit_a)) : Vec3(c.J_a * y[c.a]);
+  if (c.b < 0) return v;
+  if (c.unit_b >= 0)
+    v += y[c.b].segment<3>(c.unit_b);
+  else
+    v += c.J_b * y[c.b];
   return v;
 }
 

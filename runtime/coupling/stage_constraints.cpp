@@ -226,6 +226,22 @@ std::vector<VecX> StageConstraints::with_given(std::vector<VecX> out) const {
   return out;
 }
 
+// What a body of nodes answers to the rows that are held.
+std::shared_ptr<const RowAnswers> StageConstraints::held_answers(std::size_t b,
+                                                                 const NodalBody& body) const {
+  VecX used = VecX::Zero(nodes_[b]->size());
+  for (const RowBlock& block : held_.blocks())
+    for (const auto& [owner, rows] : {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
+      if (owner == static_cast<int>(b)) used += rows->cwiseAbs().colwise().sum().transpose();
+  auto out = std::make_shared<RowAnswers>();
+  out->count = nodes_[b]->size();
+  for (int k = 0; k < out->count; ++k)
+    if (used[k] > 0.0) out->which.push_back(k);
+  out->whole = (*nodes_[b]->answers())(Eigen::all, out->which);
+  if (wet()) out->in_solve = body.surface().to_solve(out->whole);
+  return out;
+}
+
 void StageConstraints::start(const std::vector<VecX>& y_star,
                              std::vector<CoupledBody>& coupled) const {
   const std::vector<VecX> y = with_given(at_rows(y_star));
@@ -235,8 +251,7 @@ void StageConstraints::start(const std::vector<VecX>& y_star,
       coupled[b].y_star = y_star[b];
       for (const VecX* given : {&given_[b], &f[b]})
         if (given->size() > 0) coupled[b].y_star = moved(b, coupled[b].y_star, *given);
-      if (!coupled[b].nodes->has_rows())
-        coupled[b].nodes = coupled[b].nodes->with_rows(nodes_[b]->answers());
+      coupled[b].nodes = coupled[b].nodes->with_rows(held_answers(b, *coupled[b].nodes));
       continue;
     }
     coupled[b].y_star = y[b];

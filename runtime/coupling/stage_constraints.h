@@ -59,6 +59,7 @@ class StageConstraints {
   Vec3 held_speed(std::size_t k) const;
   std::vector<VecX> with_given(std::vector<VecX> at_rows) const;
   VecX moved(std::size_t b, const VecX& y, const VecX& f) const;
+  std::shared_ptr<const RowAnswers> held_answers(std::size_t b, const NodalBody& body) const;
   VecX on_body(std::size_t b, const VecX& f) const;
   bool wet() const { return !wet_inverse_.empty(); }
 

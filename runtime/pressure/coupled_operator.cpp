@@ -39,10 +39,9 @@ std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vec
 std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f,
                           const ConstrainedInverse* rows) {
   std::vector<VecX> y = answers(bodies, f);
-  const auto of_rows = [&](int b) {
-    return bodies[b].nodes ? &bodies[b].nodes->row_answers() : nullptr;
-  };
-  if (rows) constrain_responses(*rows, of_rows, 1.0, f, y);
+  const auto of_nodes = [&](int b) { return bodies[b].nodes ? bodies[b].nodes->rows() : nullptr; };
+  const auto whole = [](const RowAnswers& r) -> const MatX& { return r.whole; };
+  if (rows) constrain_responses(*rows, of_nodes, whole, 1.0, f, y);
   return y;
 }
 
@@ -202,10 +201,11 @@ void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
 
 template <class Matrix>
 void CoupledOperator::hold(const std::vector<Matrix>& f, std::vector<Matrix>& response) const {
-  const auto of_rows = [&](int b) {
-    return bodies_[b].nodes ? &bodies_[b].nodes->row_answers_in_solve() : nullptr;
+  const auto of_nodes = [&](int b) {
+    return bodies_[b].nodes ? bodies_[b].nodes->rows() : nullptr;
   };
-  if (rows_) constrain_responses(*rows_, of_rows, to_scaled_mass_, f, response);
+  const auto in_solve = [](const RowAnswers& r) -> const MatX& { return r.in_solve; };
+  if (rows_) constrain_responses(*rows_, of_nodes, in_solve, to_scaled_mass_, f, response);
 }
 template void CoupledOperator::hold(const std::vector<VecX>& f, std::vector<VecX>& response) const;
 template void CoupledOperator::hold(const std::vector<MatX>& f, std::vector<MatX>& response) const;
@@ -252,9 +252,10 @@ MatX CoupledOperator::own_inverse(std::size_t b) const {
   const int body = static_cast<int>(b);
   if (!rows_ || !rows_->touches(body)) return bodies_[b].inverse_mass;
   if (bodies_[b].nodes) {
-    const MatX seen = bodies_[b].nodes->row_answers_in_solve().topRows(bodies_[b].flux.rows());
-    return bodies_[b].inverse_mass -
-           to_scaled_mass_ * (seen * rows_->own_loss(body) * seen.transpose());
+    const RowAnswers& rows = *bodies_[b].nodes->rows();
+    const MatX seen = rows.in_solve.topRows(bodies_[b].flux.rows()),
+               loss = rows_->own_loss(body)(rows.which, rows.which);
+    return bodies_[b].inverse_mass - to_scaled_mass_ * (seen * loss * seen.transpose());
   }
   return to_scaled_mass_ * rows_->own_block(body);
 }

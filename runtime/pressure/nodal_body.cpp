@@ -10,10 +10,10 @@ std::shared_ptr<const NodalBody> NodalBody::held(const MatX& X, const MatX& G) c
   return std::make_shared<const NodalBody>(surface_, std::move(inverse));
 }
 
-std::shared_ptr<const NodalBody> NodalBody::with_rows(std::shared_ptr<const MatX> answers) const {
+std::shared_ptr<const NodalBody> NodalBody::with_rows(
+    std::shared_ptr<const RowAnswers> rows) const {
   auto body = std::make_shared<NodalBody>(*this);
-  if (surface_) body->row_answers_in_solve_ = std::make_shared<MatX>(surface_->to_solve(*answers));
-  body->row_answers_ = std::move(answers);
+  body->rows_ = std::move(rows);
   return body;
 }
 

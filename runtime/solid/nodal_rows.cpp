@@ -28,12 +28,16 @@ void NodalRows::add(int item, const Mat3& frame, const Vec3& arm, VertexShares m
   points_.push_back({item, frame, arm, std::move(moved)});
 }
 
+int NodalRows::first_row(int item) const {
+  const auto first = std::lower_bound(points_.begin(), points_.end(), item,
+                                      [](const Point& p, int wanted) { return p.item < wanted; });
+  return 3 * static_cast<int>(first - points_.begin());
+}
+
 MatX NodalRows::rows_of(int item) const {
-  const auto before = [](const Point& p, int wanted) { return p.item < wanted; };
-  const auto first = std::lower_bound(points_.begin(), points_.end(), item, before),
-             last = std::lower_bound(first, points_.end(), item + 1, before);
-  MatX rows = MatX::Zero(3 * (last - first), size());
-  rows.middleCols(3 * (first - points_.begin()), rows.rows()).setIdentity();
+  const int first = first_row(item), count = first_row(item + 1) - first;
+  MatX rows = MatX::Zero(count, size());
+  rows.middleCols(first, count).setIdentity();
   return rows;
 }
 

@@ -37,8 +37,9 @@ class NodalRows {
   /// mass. `item`: the contact or joint that they are of, ascending; several points may be of one.
   void add(int item, const Mat3& frame, const Vec3& arm, VertexShares moved);
   int size() const { return 3 * static_cast<int>(points_.size()); }  // K
-  /// The rows of an item in coordinates z: units, 3 points x K.
+  /// The rows of an item in coordinates z: units from `first_row` on, 3 points x K.
   MatX rows_of(int item) const;
+  int first_row(int item) const;
 
   MatX velocity(const MatX& y) const;  // J y, columns side by side
   MatX force(const MatX& g) const;     // J^T g, (6 + 3 n) rows
