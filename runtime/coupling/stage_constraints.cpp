@@ -238,7 +238,7 @@ std::shared_ptr<const RowAnswers> StageConstraints::held_answers(std::size_t b,
   for (int k = 0; k < out->count; ++k)
     if (used[k] > 0.0) out->which.push_back(k);
   out->whole = (*nodes_[b]->answers())(Eigen::all, out->which);
-  if (wet()) out->in_solve = body.surface().to_solve(out->whole);
+  if (body.meets_water()) out->in_solve = body.surface().to_solve(out->whole);
   return out;
 }
 

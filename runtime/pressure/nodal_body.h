@@ -24,6 +24,7 @@ class NodalBody {
   NodalBody(std::shared_ptr<const NodalSurface> surface, NodalInverse inverse)
       : surface_(std::move(surface)), inverse_(std::move(inverse)) {}
 
+  bool meets_water() const { return surface_ != nullptr; }
   const NodalSurface& surface() const { return *surface_; }
   const NodalInverse& inverse() const { return inverse_; }
   /// The same body with X G X^T less of its inverse mass, X (6 + 3 n) x k: what walls hold.

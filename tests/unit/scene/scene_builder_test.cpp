@@ -75,7 +75,7 @@ TEST_F(BuildScene, BodiesOfNodesAreRefusedBesideSkins) {
     build(
         "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\n"
         "[contact]\nfriction = 0.1\n"
-        "[[skin]]\narchetype = \"tetra\"\nposition = [3, 0, 0]\n");
+        "[[skin]]\narchetype = \"tetra\"\nbodies = [\"tetra\"]\n");
   });
   expect_contains(message, "bodies with deformable = \"full\" are not possible with [[skin]]");
 }
