@@ -130,8 +130,8 @@ TEST(FullBodyContact, OnAFloorEqualsThatOfAllModes) { expect_equal_piles(60); }
 TEST(SlowFullBodyContact, OnAFloorEqualsThatOfAllModes) { expect_equal_piles(200); }
 
 /// The two that collide, in a tank that is full of water; `aside`: how far from there, m.
-Simulation colliding_in_water(Kind kind, double friction, double aside = 0.0) {
-  SimulationOptions o = tank(true);
+Simulation colliding_in_water(Kind kind, double friction, double aside = 0.0,
+                              SimulationOptions o = tank(true)) {
   o.friction = friction;
   std::vector<ReducedBody> bodies = colliding(kind, kind);
   for (ReducedBody& b : bodies) {
@@ -145,6 +145,18 @@ TEST(FullBodyContact, InWaterWithoutFrictionEqualsThatOfAllModes) {
   Simulation modal = colliding_in_water(Kind::kModes, 0.0),
              nodal = colliding_in_water(Kind::kNodes, 0.0);
   EXPECT_LT(apart_after(60, 0.005, modal, nodal), 1e-8 * kSize);
+}
+
+TEST(FullBodyContact, EqualsThatOfAllModesWithOtherSchemes) {
+  std::vector<SimulationOptions> others(3, tank(true));
+  others[0].scheme = Scheme::kSingle;
+  others[1].geometry = Geometry::kVoxel;
+  others[2].modal = {ModalStep::kBackwardEuler, ModalMass::kPaper};
+  for (const SimulationOptions& o : others) {
+    Simulation modal = colliding_in_water(Kind::kModes, 0.0, 0.0, o),
+               nodal = colliding_in_water(Kind::kNodes, 0.0, 0.0, o);
+    EXPECT_LT(apart_after(20, 0.005, modal, nodal), 1e-8 * kSize);
+  }
 }
 
 // Which contacts press is told by a solve to 1e-2, and what slides keeps the speed that the contact
