@@ -37,17 +37,25 @@ double tangent_compliance(const Mat3& D) {
   return 0.5 * (D(1, 1) + D(2, 2) + std::hypot(D(1, 1) - D(2, 2), D(1, 2) + D(2, 1)));
 }
 
-// The velocity of the sample of contact k, or of where it touches the other body.
-MatX rows_of_sample(int k, const BodyContact& c, const Mat3& frame, const ContactBody& a) {
-  if (a.nodes) return a.nodes->rows_of(k);
-  const MatX phi = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
-  return frame * place_jacobian(a, c.point, phi);
+// J_a and J_b of contact k: the velocity of its sample, less that of where it touches the other body.
+void add_sample(int k, const BodyContact& c, const ContactBody& a, ContactRows& rows) {
+  if (a.nodes) {
+    rows.J_a = a.nodes->rows_of(k), rows.unit_a = a.nodes->first_row(k);
+  } else {
+    const MatX phi = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
+    rows.J_a = rows.frame * place_jacobian(a, c.point, phi);
+  }
+  rows.W_a = response(a, rows.J_a, rows.unit_a);
 }
-MatX rows_of_touched(int k, const BodyContact& c, const Mat3& frame, const ContactBody& b) {
-  if (b.nodes) return b.nodes->rows_of(k);
-  const MatX phi =
-      c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r) : MatX::Zero(3, b.body->r);
-  return -frame * place_jacobian(b, c.point, phi);
+void add_touched(int k, const BodyContact& c, const ContactBody& b, ContactRows& rows) {
+  if (b.nodes) {
+    rows.J_b = b.nodes->rows_of(k), rows.unit_b = b.nodes->first_row(k);
+  } else {
+    const MatX phi = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
+                                   : MatX::Zero(3, b.body->r);
+    rows.J_b = -rows.frame * place_jacobian(b, c.point, phi);
+  }
+  rows.W_b = response(b, rows.J_b, rows.unit_b);
 }
 
 ContactRows contact_rows(int k, const BodyContact& c, const std::vector<ContactBody>& bodies) {
@@ -55,14 +63,10 @@ ContactRows contact_rows(int k, const BodyContact& c, const std::vector<ContactB
   rows.a = c.a, rows.b = c.b;
   if (c.material) rows.friction = c.material->friction;
   rows.frame = contact_frame(c.normal);
-  rows.J_a = rows_of_sample(k, c, rows.frame, bodies[c.a]);
-  if (bodies[c.a].nodes) rows.unit_a = bodies[c.a].nodes->first_row(k);
-  rows.W_a = response(bodies[c.a], rows.J_a, rows.unit_a);
+  add_sample(k, c, bodies[c.a], rows);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
-    rows.J_b = rows_of_touched(k, c, rows.frame, bodies[c.b]);
-    if (bodies[c.b].nodes) rows.unit_b = bodies[c.b].nodes->first_row(k);
-    rows.W_b = response(bodies[c.b], rows.J_b, rows.unit_b);
+    add_touched(k, c, bodies[c.b], rows);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -111,11 +115,11 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
   rows.friction = friction;
   rows.a = a;
   rows.frame = contact_frame(point.normal);
-  rows.J_a =
-      bodies[a].nodes
-          ? bodies[a].nodes->rows_of(static_cast<int>(rows_.size()))
-          : MatX(rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex));
-  if (bodies[a].nodes) rows.unit_a = bodies[a].nodes->first_row(static_cast<int>(rows_.size()));
+  const int k = static_cast<int>(rows_.size());
+  if (bodies[a].nodes)
+    rows.J_a = bodies[a].nodes->rows_of(k), rows.unit_a = bodies[a].nodes->first_row(k);
+  else
+    rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
   rows.W_a = response(bodies[a], rows.J_a, rows.unit_a);
   rows.D = rows.J_a * rows.W_a;
   rows.rho = tangent_compliance(rows.D);
