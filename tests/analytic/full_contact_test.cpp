@@ -9,6 +9,7 @@
 #include "common/files/state_file.h"
 #include "runtime/articulation/joint.h"
 #include "runtime/simulation.h"
+#include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/full_blob.h"
 #include "tests/support/momenta.h"
@@ -308,6 +309,46 @@ TEST(FullBodyJoints, InWaterEqualThoseOfAllModes) {
     EXPECT_LT(apart, 1e-8 * kSize);
     EXPECT_LT(drift, 1e-11 * kSize);
     EXPECT_EQ(contacts > 0, walls);
+  }
+}
+
+// Deflation sees what rows take from the stored modes, and closed water what they take from its
+// constant pressure; either changes the iterations, not what comes out.
+TEST(FullBodyJoints, AreDeflatedWithTheirBodies) {
+  const Blobs blobs(6);
+  for (const bool open : {true, false}) {
+    VecX y[2][3];
+    int iterations[2];
+    for (const bool deflated : {false, true}) {
+      CoupledTank tank(20, 0.9);
+      tank.options.open_side[kZMax] = open;
+      tank.options.hydrostatics.gravity = Vec3(0, 0, -9.81);
+      tank.options.solve.tolerance = 1e-11;
+      tank.options.solve.deflation = deflated ? DeflationChoice::kAlways : DeflationChoice::kNever;
+      tank.bodies = {blobs.body(Kind::kNodes, Vec3(-0.4, 0, 0), 0.05),
+                     blobs.body(Kind::kModes, Vec3(0.1, 0, 0), 0.1),
+                     blobs.body(Kind::kNodes, Vec3(0.6, 0, 0.1), 0.05)};
+      set_velocity(Vec3(0, 1, 0), Vec3(1, 2, 3), tank.bodies[0]);
+      std::vector<Joint> joints;
+      for (int b = 0; b < 2; ++b)
+        joints.push_back(make_joint(tank.bodies, b, b + 1, {Vec3(0.25, 0, 0), Vec3(0.25, 0, 0.1)}));
+      Coupling coupling(tank.options, {}, joints);
+      std::vector<StageBody> stage;
+      for (const ReducedBody& b : tank.bodies)
+        stage.push_back({&b, current_configuration(b), {}, false, {}});
+      const SolveReport report = coupling.couple(
+          Stage::kVelocityFull, 0.01, {&tank.phi, nullptr, 0.0}, stage, tank.u, tank.results);
+      EXPECT_TRUE(report.converged);
+      iterations[deflated] = report.iterations;
+      for (int b = 0; b < 3; ++b) y[deflated][b] = tank.results[b].y;
+    }
+    double apart = 0.0;
+    for (int b = 0; b < 3; ++b)
+      apart = std::max(apart, (y[1][b] - y[0][b]).norm() / y[0][b].norm());
+    std::printf("measured: %d iterations, %d deflated, %.1e apart\n", iterations[0], iterations[1],
+                apart);
+    EXPECT_LT(apart, 1e-8);
+    EXPECT_LT(iterations[1], iterations[0]);
   }
 }
 
