@@ -14,8 +14,8 @@ Vec3 arm_of(const ReducedBody& body, const AttachedPoint& point) {
   return deformed_arm(body, point.rest, point.modes);
 }
 
-/// Where a point that moves as this one does rests if it is `here` now, in the body frame without the
-/// correction of the shape, m.
+/// Where a point that moves as this one does rests if it is `here` now, m; both in the body frame,
+/// without the correction of the shape.
 Vec3 rest_of(const ReducedBody& body, const AttachedPoint& point, const Vec3& here) {
   if (body.nodes) return here - displacement_of(body, point.moved);
   return here - point.modes * body.q;

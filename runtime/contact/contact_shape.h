@@ -59,7 +59,6 @@ struct ModeLattice : BoxLattice {
   VertexShares shares = {};  // .. the vertices that move each node, ..
   int shares_each = 0;       // .. so many, node after node
 
-  bool empty() const { return modes.size() == 0 && shares.empty(); }
   /// Displacements of the nodes from those of the surface's vertices (3 a vertex), by `shares`.
   VecX displacements(const VecX& surface) const;
 };
@@ -112,8 +111,8 @@ std::shared_ptr<const CoverShape> cover_shape(
 /// Vertices first, then points on edges longer than `spacing` and in faces of such edges.
 std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacing);
 
-/// The motion of the surface, fitted by weighted linear least squares over the nearest vertices: that
-/// of the stored modes, or (`nodes`) of every vertex.
+/// The motion of the surface, fitted by weighted linear least squares over the nearest vertices:
+/// that of the stored modes, or (`nodes`) of every vertex.
 ModeLattice mode_lattice(const Archetype& archetype, int cells, bool nodes);
 
 }  // namespace archetide

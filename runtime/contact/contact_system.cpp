@@ -37,7 +37,8 @@ double tangent_compliance(const Mat3& D) {
   return 0.5 * (D(1, 1) + D(2, 2) + std::hypot(D(1, 1) - D(2, 2), D(1, 2) + D(2, 1)));
 }
 
-// J_a and J_b of contact k: the velocity of its sample, less that of where it touches the other body.
+// J_a and J_b of contact k: the velocity of its sample, less that of the other body where it
+// touches.
 void add_sample(int k, const BodyContact& c, const ContactBody& a, ContactRows& rows) {
   if (a.nodes) {
     rows.J_a = a.nodes->rows_of(k), rows.unit_a = a.nodes->first_row(k);

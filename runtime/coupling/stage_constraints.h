@@ -34,8 +34,8 @@ class StageConstraints {
   void start_from_last_step(const GroupContacts& contacts, double h);
   /// y at rows.
   std::vector<VecX> at_rows(const std::vector<VecX>& y) const;
-  /// Impulses of the contacts, joints kept, on bodies that move with y_free (at rows) without any of
-  /// them.
+  /// Impulses of the contacts, joints kept, on bodies that move with y_free (at rows) without any
+  /// of them.
   void resolve(const std::vector<VecX>& y_free);
   /// y_free at rows in water, before the solve: bodies at y once the water pushes as it did last,
   /// first guesses of the contacts included.

@@ -20,9 +20,9 @@ constexpr double kBytesPerParticle = 150.0;
 // tank.
 constexpr double kParticleBand = 6.0;
 
-// Bodies of nodes answer to each of their points of contact with a velocity of all nodes: columns for
-// so many points and copies of each, from peak memory of three rings of 5k tets that lie on each
-// other: measured 60 MB a ring.
+// Bodies of nodes answer to each of their points of contact with a velocity of all nodes: so many
+// columns and copies of each, from peak memory of three rings of 5k tets that lie on each other:
+// measured 60 MB a ring.
 constexpr double kContactColumns = 3.0 * 100.0, kContactCopies = 7.0;
 
 double bytes_of(const MatX& m) { return 8.0 * static_cast<double>(m.size()); }

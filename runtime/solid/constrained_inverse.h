@@ -45,8 +45,8 @@ class ConstrainedInverse {
   /// body, columns side by side; those without rows are not looked at.
   template <class Matrix>
   void constrain(std::vector<Matrix>& y) const;
-  /// The same; y of the bodies that `as_forces` marks becomes the force C^T (C H^-1 C^T)^+ C y whose
-  /// answer they lose.
+  /// The same; y of the bodies that `as_forces` marks becomes the force C^T (C H^-1 C^T)^+ C y
+  /// whose answer they lose.
   template <class Matrix>
   void constrain(std::vector<Matrix>& y, const std::vector<char>& as_forces) const;
 

@@ -23,9 +23,9 @@ Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares&
 
 /// A body of nodes as contacts and joints see it (docs/method.md, C17b): by the velocities z = J y
 /// of its points in their frames, K of them, three a point. What the points answer to impulses on
-/// them, J H^-1 J^T, is a small dense matrix, and in these coordinates a row of a contact or a joint
-/// is a unit vector. J itself is never formed: each point moves with a few nodes and with seven
-/// numbers of all.
+/// them, J H^-1 J^T, is a small dense matrix, and in these coordinates a row of a contact or a
+/// joint is a unit vector. J itself is never formed: each point moves with a few nodes and with
+/// seven numbers of all.
 ///
 /// First all points are added, then the answers are given.
 class NodalRows {
