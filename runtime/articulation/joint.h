@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "runtime/solid/constrained_inverse.h"
+#include "runtime/solid/nodal_rows.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {
@@ -10,7 +11,8 @@ namespace archetide {
 /// A material point of a body, not only of its surface.
 struct AttachedPoint {
   Vec3 rest = Vec3::Zero();  // in the rest frame, m
-  MatX modes;                // 3 x r, its displacement per unit q, body frame, m
+  MatX modes;               // 3 x r, its displacement per unit q, body frame, m; of a body of nodes
+  VertexShares moved = {};  // instead: the vertices that it moves with
 };
 
 /// The point of `body` that is at `rest` in its rest frame. Its modes are those of the surface,
@@ -41,8 +43,13 @@ VecX joint_gap(const Joint& joint, const std::vector<ReducedBody>& bodies);
 double joint_drift(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies);
 
 /// Rows J_a y_a - J_b y_b = 0 of Eq. 47 at the bodies' present configuration, three a point.
-/// `terms` of every body that has a joint.
+/// `terms` of every body that has a joint. `nodes`: the rows of the bodies of nodes, in whose
+/// coordinates the joint, their `item`, is written; empty: there are none.
 RowBlock joint_rows(const Joint& joint, const std::vector<const ReducedBody*>& bodies,
-                    const std::vector<const ConfigurationTerms*>& terms);
+                    const std::vector<const ConfigurationTerms*>& terms,
+                    const RowsOfNodes& nodes = {}, int item = 0);
+/// Before that, the points of the joint are added to them.
+void add_joint(const Joint& joint, int item, const std::vector<const ReducedBody*>& bodies,
+               const RowsOfNodes& nodes);
 
 }  // namespace archetide

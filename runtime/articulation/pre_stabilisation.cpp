@@ -40,6 +40,22 @@ MatX inverse_of(const GeneralisedMass& H, bool stiff) {
   return inverse;
 }
 
+/// Rows of the jointed bodies of nodes.
+RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<FreeMotion>& motions,
+                          const std::vector<const ReducedBody*>& bodies) {
+  RowsOfNodes nodes(bodies.size());
+  std::vector<const GeneralisedMass*> H;
+  for (const FreeMotion& motion : motions) H.push_back(&motion.H);
+  for (const Joint& joint : joints)
+    for (const int b : {joint.a, joint.b})
+      if (b >= 0 && bodies[b]->nodes && !nodes[b])
+        nodes[b] = std::make_unique<NodalRows>(*bodies[b], motions[b].terms);
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    add_joint(joints[j], static_cast<int>(j), bodies, nodes);
+  set_answers(H, nodes);
+  return nodes;
+}
+
 int widest_joint(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies) {
   int widest = -1;
   double most = -1.0;
@@ -69,10 +85,14 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     inverse_mass[b] = &inverse[b];
   }
   std::vector<RowBlock> rows;
-  for (const Joint& joint : joints) {
-    for (const int b : {joint.a, joint.b})
-      if (b >= 0 && inverse[b].size() == 0) inverse[b] = inverse_of(motions[b].H, stiff[b] != 0);
-    rows.push_back(joint_rows(joint, at, terms));
+  const RowsOfNodes nodes = rows_of_nodes(joints, motions, at);
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    for (const int b : {joints[j].a, joints[j].b})
+      if (b >= 0 && nodes[b])
+        inverse_mass[b] = &nodes[b]->inverse_mass();
+      else if (b >= 0 && inverse[b].size() == 0)
+        inverse[b] = inverse_of(motions[b].H, stiff[b] != 0);
+    rows.push_back(joint_rows(joints[j], at, terms, nodes, static_cast<int>(j)));
   }
   ConstrainedInverse held;
   held.setup(inverse_mass, std::move(rows));
@@ -99,6 +119,11 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     lambda += step;
     std::vector<VecX> f = held.impulses(unstacked(step, chord));
     for (const int b : held.bodies()) {
+      if (nodes[b]) {
+        out.impulse[b] += nodes[b]->force(f[b]);
+        y[b] += *nodes[b]->answers() * f[b];
+        continue;
+      }
       if (stiff[b]) f[b].tail(f[b].size() - 6).setZero();  // what holds the modes takes it
       out.impulse[b] += f[b];
       y[b] += inverse[b] * f[b];

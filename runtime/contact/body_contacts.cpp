@@ -18,20 +18,32 @@ double recovery_speed(double overlap, double dt, double gravity) {
                   std::max(0.5 * std::sqrt(2.0 * gravity * overlap), overlap / kSeconds));
 }
 
-/// One system's worth of configuration terms and masses, for the bodies that have contacts.
+/// One system's worth of configuration terms and masses, for the bodies that have contacts; y of a
+/// body of nodes in the coordinates of its contacts.
 struct Masses {
   std::vector<ConfigurationTerms> terms;
   std::vector<GeneralisedMass> H;
   std::vector<ContactBody> bodies;
   std::vector<VecX> y;
+  RowsOfNodes nodes;
 };
+
+/// Rows of the bodies of nodes, and their velocities there.
+void take_rows(const std::vector<BodyContact>& contacts, Masses& m) {
+  add_rows(contacts, m.bodies);
+  std::vector<const GeneralisedMass*> H;
+  for (const GeneralisedMass& mass : m.H) H.push_back(&mass);
+  set_answers(H, m.nodes);
+  for (std::size_t b = 0; b < m.nodes.size(); ++b)
+    if (m.nodes[b]) m.y[b] = m.nodes[b]->velocity(m.y[b]);
+}
 
 Masses masses_of(const std::vector<ReducedBody>& bodies,
                  const std::vector<const ContactShape*>& shapes,
                  const std::vector<BodyContact>& contacts, double dt, const ModalOptions& modal) {
   Masses m;
   const std::size_t n = bodies.size();
-  m.terms.resize(n), m.H.resize(n), m.bodies.resize(n), m.y.resize(n);
+  m.terms.resize(n), m.H.resize(n), m.bodies.resize(n), m.y.resize(n), m.nodes.resize(n);
   std::vector<char> used(n, 0);
   for (const BodyContact& c : contacts) {
     used[c.a] = 1;
@@ -41,9 +53,11 @@ Masses masses_of(const std::vector<ReducedBody>& bodies,
     if (!used[b]) continue;
     m.terms[b] = configuration_terms(bodies[b], current_configuration(bodies[b]), modal.mass);
     m.H[b] = generalised_mass(bodies[b], m.terms[b], dt, Stage::kVelocityFull, modal.step);
-    m.bodies[b] = {&bodies[b], shapes[b], &m.terms[b], &m.H[b]};
+    if (bodies[b].nodes) m.nodes[b] = std::make_unique<NodalRows>(bodies[b], m.terms[b]);
+    m.bodies[b] = {&bodies[b], shapes[b], &m.terms[b], &m.H[b], nullptr, m.nodes[b].get()};
     m.y[b] = generalised_velocity(bodies[b], m.terms[b]);
   }
+  take_rows(contacts, m);
   return m;
 }
 
@@ -262,9 +276,17 @@ void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
 
   std::vector<Vec3> delta_P(bodies.size(), Vec3::Zero()), delta_L = delta_P;
   system.add_momenta(total, touching, m.bodies, delta_P, delta_L);
+  std::vector<VecX> given(bodies.size());  // to bodies of nodes, by their rows
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (m.bodies[b].body) given[b] = VecX::Zero(m.y[b].size());
+  for (std::size_t k = 0; k < touching.size(); ++k) system.add_impulse(k, total[k], given);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (m.bodies[b].body && m.y[b] != before[b])
-      accept_velocity(bodies[b], m.y[b], delta_P[b], delta_L[b]);
+      accept_velocity(bodies[b],
+                      m.nodes[b] ? generalised_velocity(bodies[b], m.terms[b]) +
+                                       *m.nodes[b]->answers() * given[b]
+                                 : m.y[b],
+                      delta_P[b], delta_L[b]);
 }
 
 }  // namespace archetide

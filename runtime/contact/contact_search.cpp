@@ -400,8 +400,9 @@ Surroundings::Surroundings(const Vec3& low, const Vec3& high, const Sides& close
 }
 
 const ContactShape& ShapeLibrary::of(const ReducedBody& body) {
-  auto& shape = shapes_[{body.archetype.get(), body.rung}];
-  if (!shape) shape = contact_shape(body.archetype, body.rung);
+  const bool nodes = body.nodes != nullptr;
+  auto& shape = shapes_[{body.archetype.get(), body.rung, nodes}];
+  if (!shape) shape = contact_shape(body.archetype, body.rung, nodes);
   return *shape;
 }
 
@@ -409,7 +410,7 @@ std::size_t ShapeLibrary::bytes() const {
   std::size_t bytes = 0;
   for (const auto& [kind, shape] : shapes_)
     bytes += sizeof(SurfaceSample) * shape->samples.size() + 8 * shape->lattice.modes.size() +
-             4 * shape->sampled.values.size();
+             sizeof(VertexShare) * shape->lattice.shares.size() + 4 * shape->sampled.values.size();
   return bytes;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "runtime/contact/solids.h"
@@ -56,14 +57,15 @@ class Surroundings {
   std::vector<Item> items_;
 };
 
-/// Shapes of the bodies, one per archetype and rung.
+/// Shapes of the bodies, one per archetype, rung and kind: of modes, of nodes.
 class ShapeLibrary {
  public:
   const ContactShape& of(const ReducedBody& body);
   std::size_t bytes() const;
 
  private:
-  std::map<std::pair<const Archetype*, const SurfaceRung*>, std::shared_ptr<const ContactShape>>
+  std::map<std::tuple<const Archetype*, const SurfaceRung*, bool>,
+           std::shared_ptr<const ContactShape>>
       shapes_;
 };
 

@@ -152,11 +152,16 @@ BoxLattice lattice_around(const TriMesh& surface, int cells) {
   return lattice;
 }
 
-ModeLattice mode_lattice(const Archetype& archetype, int cells) {
+ModeLattice mode_lattice(const Archetype& archetype, int cells, bool nodes) {
   const std::vector<Vec3>& vertices = archetype.surface.vertices;
   ModeLattice lattice{lattice_around(archetype.surface, cells), {}};
   const long r = archetype.r();
-  lattice.modes.resize(3L * lattice.nodes.prod(), r);
+  if (nodes) {
+    lattice.shares_each = std::min(kNeighbours, static_cast<int>(vertices.size()));
+    lattice.shares.resize(static_cast<std::size_t>(lattice.shares_each) * lattice.nodes.prod());
+  } else {
+    lattice.modes.resize(3L * lattice.nodes.prod(), r);
+  }
   ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < lattice.nodes[2]; ++k)
@@ -166,6 +171,11 @@ ModeLattice mode_lattice(const Archetype& archetype, int cells) {
           const Vec3 x = lattice.place(i, j, k);
           const std::vector<int> nearest = nearest_vertices(vertices, x, kNeighbours);
           const VecX w = fit_weights(vertices, nearest, x, lattice.spacing);
+          if (nodes) {
+            VertexShare* shares = &lattice.shares[lattice.shares_each * lattice.index(i, j, k)];
+            for (long m = 0; m < w.size(); ++m) shares[m] = {nearest[m], w[m]};
+            continue;
+          }
           MatX sum = MatX::Zero(3, r);
           for (long m = 0; m < w.size(); ++m)
             sum += w[m] * archetype.surface_modes.middleRows<3>(3L * nearest[m]);
@@ -174,6 +184,15 @@ ModeLattice mode_lattice(const Archetype& archetype, int cells) {
     });
   carrier.rethrow();
   return lattice;
+}
+
+VecX ModeLattice::displacements(const VecX& surface) const {
+  VecX u = VecX::Zero(3L * nodes.prod());
+  auto share = shares.begin();
+  for (long n = 0; n < u.size(); n += 3)
+    for (int m = 0; m < shares_each; ++m, ++share)
+      u.segment<3>(n) += share->weight * surface.segment<3>(3L * share->vertex);
+  return u;
 }
 
 BoxLattice::Stencil BoxLattice::stencil(const Vec3& x) const {
@@ -202,7 +221,7 @@ BoxLattice::Stencil BoxLattice::stencil(const Vec3& x) const {
 }
 
 std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype,
-                                                  const SurfaceRung* rung) {
+                                                  const SurfaceRung* rung, bool nodes) {
   auto shape = std::make_shared<ContactShape>();
   shape->archetype = archetype;
   shape->rung = rung;
@@ -212,7 +231,7 @@ std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetyp
   shape->samples = surface_samples(surface, shape->spacing);
   cluster(surface, shape->samples, 0, static_cast<int>(shape->samples.size()), shape->clusters);
   if (archetype->sdf.values.empty()) shape->sampled = sample_distance(archetype->surface);
-  if (archetype->r() > 0) shape->lattice = mode_lattice(*archetype, kLatticeCells);
+  if (archetype->r() > 0 || nodes) shape->lattice = mode_lattice(*archetype, kLatticeCells, nodes);
   return shape;
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/archetype/archetype.h"
 #include "runtime/contact/wall_contact.h"
+#include "runtime/solid/nodal_rows.h"
 
 namespace archetide {
 
@@ -54,7 +55,12 @@ BoxLattice lattice_around(const TriMesh& surface, int cells);
 /// Modes on a coarse lattice around the surface, continued smoothly beyond it: what turns a place
 /// in space back to the rest shape at a cost that knows neither the tets nor the surface.
 struct ModeLattice : BoxLattice {
-  MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis
+  MatX modes;  // 3 nodes.prod() x r, m per unit q; row 3 n + axis; of bodies of nodes instead ..
+  VertexShares shares = {};  // .. the vertices that move each node, ..
+  int shares_each = 0;       // .. so many, node after node
+
+  /// Displacements of the nodes from those of the surface's vertices (3 a vertex), by `shares`.
+  VecX displacements(const VecX& surface) const;
 };
 
 /// What contact needs to know of an archetype, derived once and shared by its instances. Samples lie
@@ -79,9 +85,10 @@ struct ContactShape {
   const GridSdf& sdf() const { return archetype->sdf.values.empty() ? sampled : archetype->sdf; }
 };
 
-/// `rung`: of the archetype, ReducedBody::rung of the instances.
+/// `rung`: of the archetype, ReducedBody::rung of the instances. `nodes`: they are bodies of nodes.
 std::shared_ptr<const ContactShape> contact_shape(std::shared_ptr<const Archetype> archetype,
-                                                  const SurfaceRung* rung = nullptr);
+                                                  const SurfaceRung* rung = nullptr,
+                                                  bool nodes = false);
 
 /// A closed surface over several bodies that were cut out of it (a skin), met by contact instead
 /// of theirs. Shared by all instances.
@@ -104,7 +111,8 @@ std::shared_ptr<const CoverShape> cover_shape(
 /// Vertices first, then points on edges longer than `spacing` and in faces of such edges.
 std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacing);
 
-/// Modes fitted to those of the surface (weighted linear least squares over the nearest vertices).
-ModeLattice mode_lattice(const Archetype& archetype, int cells);
+/// The motion of the surface, fitted by weighted linear least squares over the nearest vertices:
+/// that of the stored modes, or (`nodes`) of every vertex.
+ModeLattice mode_lattice(const Archetype& archetype, int cells, bool nodes);
 
 }  // namespace archetide

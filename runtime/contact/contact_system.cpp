@@ -24,7 +24,9 @@ MatX modes_at_sample(const ContactBody& b, int sample) {
   return phi;
 }
 
-MatX response(const ContactBody& b, const MatX& J) {
+MatX response(const ContactBody& b, const MatX& J, int unit) {
+  if (unit >= 0)
+    return (b.inverse_mass ? *b.inverse_mass : b.nodes->inverse_mass()).middleCols<3>(unit);
   if (b.inverse_mass) return *b.inverse_mass * J.transpose();
   MatX W(J.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) W.col(axis) = b.H->solve(J.row(axis).transpose());
@@ -35,22 +37,37 @@ double tangent_compliance(const Mat3& D) {
   return 0.5 * (D(1, 1) + D(2, 2) + std::hypot(D(1, 1) - D(2, 2), D(1, 2) + D(2, 1)));
 }
 
-ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& bodies) {
+// J_a and J_b of contact k: the velocity of its sample, less that of the other body where it
+// touches.
+void add_sample(int k, const BodyContact& c, const ContactBody& a, ContactRows& rows) {
+  if (a.nodes) {
+    rows.J_a = a.nodes->rows_of(k), rows.unit_a = a.nodes->first_row(k);
+  } else {
+    const MatX phi = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
+    rows.J_a = rows.frame * place_jacobian(a, c.point, phi);
+  }
+  rows.W_a = response(a, rows.J_a, rows.unit_a);
+}
+void add_touched(int k, const BodyContact& c, const ContactBody& b, ContactRows& rows) {
+  if (b.nodes) {
+    rows.J_b = b.nodes->rows_of(k), rows.unit_b = b.nodes->first_row(k);
+  } else {
+    const MatX phi = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
+                                   : MatX::Zero(3, b.body->r);
+    rows.J_b = -rows.frame * place_jacobian(b, c.point, phi);
+  }
+  rows.W_b = response(b, rows.J_b, rows.unit_b);
+}
+
+ContactRows contact_rows(int k, const BodyContact& c, const std::vector<ContactBody>& bodies) {
   ContactRows rows;
   rows.a = c.a, rows.b = c.b;
   if (c.material) rows.friction = c.material->friction;
   rows.frame = contact_frame(c.normal);
-  const ContactBody& a = bodies[c.a];
-  const MatX phi_a = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
-  rows.J_a = rows.frame * place_jacobian(a, c.point, phi_a);
-  rows.W_a = response(a, rows.J_a);
+  add_sample(k, c, bodies[c.a], rows);
   rows.D = rows.J_a * rows.W_a;
   if (c.b >= 0) {
-    const ContactBody& b = bodies[c.b];
-    const MatX phi_b = c.sample >= 0 ? modes_at_rest_place(*b.shape, c.rest_b, b.body->r)
-                                     : MatX::Zero(3, b.body->r);
-    rows.J_b = -rows.frame * place_jacobian(b, c.point, phi_b);
-    rows.W_b = response(b, rows.J_b);
+    add_touched(k, c, bodies[c.b], rows);
     rows.D += rows.J_b * rows.W_b;
   }
   rows.rho = tangent_compliance(rows.D);
@@ -59,13 +76,37 @@ ContactRows contact_rows(const BodyContact& c, const std::vector<ContactBody>& b
 
 }  // namespace
 
+void add_rows(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies) {
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const BodyContact& c = contacts[k];
+    const Mat3 frame = contact_frame(c.normal);
+    const auto add = [&](int b, double sign, bool touched) {
+      if (b < 0 || !bodies[b].nodes) return;
+      const ContactShape& shape = *bodies[b].shape;
+      bodies[b].nodes->add(static_cast<int>(k), sign * frame, c.point - bodies[b].body->position,
+                           c.sample < 0 ? VertexShares()
+                           : touched    ? shares_at_rest_place(shape, c.rest_b)
+                                        : shares_of_sample(shape, c.sample));
+    };
+    add(c.a, 1.0, false);
+    add(c.b, -1.0, true);
+  }
+}
+
+void add_rows(int k, int a, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+  const ContactBody& b = bodies[a];
+  if (!b.nodes) return;
+  b.nodes->add(k, contact_frame(point.normal),
+               surface_point(*b.body, point.vertex) - b.body->position, {{point.vertex, 1.0}});
+}
+
 ContactSystem::ContactSystem(const std::vector<BodyContact>& contacts,
                              const std::vector<ContactBody>& bodies)
     : rows_(contacts.size()) {
   ExceptionCarrier carrier;
 #pragma omp parallel for schedule(static) if (contacts.size() > 64)
   for (std::size_t k = 0; k < contacts.size(); ++k)
-    carrier.run([&] { rows_[k] = contact_rows(contacts[k], bodies); });
+    carrier.run([&] { rows_[k] = contact_rows(static_cast<int>(k), contacts[k], bodies); });
   carrier.rethrow();
 }
 
@@ -75,8 +116,12 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
   rows.friction = friction;
   rows.a = a;
   rows.frame = contact_frame(point.normal);
-  rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
-  rows.W_a = response(bodies[a], rows.J_a);
+  const int k = static_cast<int>(rows_.size());
+  if (bodies[a].nodes)
+    rows.J_a = bodies[a].nodes->rows_of(k), rows.unit_a = bodies[a].nodes->first_row(k);
+  else
+    rows.J_a = rows.frame * point_jacobian(*bodies[a].body, *bodies[a].terms, point.vertex);
+  rows.W_a = response(bodies[a], rows.J_a, rows.unit_a);
   rows.D = rows.J_a * rows.W_a;
   rows.rho = tangent_compliance(rows.D);
   rows_.push_back(std::move(rows));
@@ -84,8 +129,12 @@ void ContactSystem::add(int a, const ContactPoint& point, double friction,
 
 Vec3 ContactSystem::velocity(std::size_t k, const std::vector<VecX>& y) const {
   const ContactRows& c = rows_[k];
-  Vec3 v = c.J_a * y[c.a];
-  if (c.b >= 0) v += c.J_b * y[c.b];
+  Vec3 v = c.unit_a >= 0 ? Vec3(y[c.a].segment<3>(c.unit_a)) : Vec3(c.J_a * y[c.a]);
+  if (c.b < 0) return v;
+  if (c.unit_b >= 0)
+    v += y[c.b].segment<3>(c.unit_b);
+  else
+    v += c.J_b * y[c.b];
   return v;
 }
 

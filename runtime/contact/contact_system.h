@@ -16,14 +16,23 @@ struct ContactBody {
   const ConfigurationTerms* terms = nullptr;  // at the configuration of the contacts
   const GeneralisedMass* H = nullptr;
   const MatX* inverse_mass = nullptr;  // with water carried along; null: H alone
+  /// Of a body of nodes, with the rows of all contacts (add_rows) and their answers: its velocity y
+  /// in all of what follows, and its inverse mass, are those of these rows, z = J y.
+  NodalRows* nodes = nullptr;
 };
+
+/// Adds the points of contacts 0, 1, ... to the rows of the bodies of nodes.
+void add_rows(const std::vector<BodyContact>& contacts, const std::vector<ContactBody>& bodies);
+/// The same of contact k, a surface vertex of body a at a wall.
+void add_rows(int k, int a, const ContactPoint& point, const std::vector<ContactBody>& bodies);
 
 /// Relative velocity and unit impulses of one contact and what they do: frame (normal, two
 /// tangents).
 struct ContactRows {
   int a = -1, b = -1;                 // b < 0: does not move
   Eigen::Matrix<double, 3, 3> frame;  // rows n, t1, t2, world
-  MatX J_a, J_b;                      // 3 x (6 + r): relative velocity v_a - v_b per unit y
+  MatX J_a, J_b;                      // 3 x (6 + r), or K: relative velocity v_a - v_b per unit y
+  int unit_a = -1, unit_b = -1;       // J of a body of nodes: the unit rows from here on
   MatX W_a, W_b;                      // (6 + r) x 3: H^-1 J^T
   Mat3 D;                             // J H^-1 J^T, 1/kg
   double rho = 0.0;                   // largest eigenvalue of its tangential part, 1/kg

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <Eigen/LU>
 
@@ -73,6 +74,7 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
                            const std::vector<Vec3>* cover)
     : shape_(&shape), R_(body.rotation.toRotationMatrix()), centre_(body.position) {
   ARCHETIDE_CHECK(body.rung == shape.rung);
+  ARCHETIDE_CHECK((body.nodes != nullptr) == !shape.lattice.shares.empty());
   const ShapeCorrection shape_now = shape_correction(body, body.q);
   scale_ = shape_now.s;
   middle_ = centre_ + R_ * shape_now.shift;
@@ -107,7 +109,10 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
     high_ = high_.cwiseMax(high);
   }
   if (body.r == 0) return;
-  lattice_ = shape.lattice.modes.leftCols(body.r) * body.q;
+  if (body.nodes)
+    lattice_ = shape.lattice.displacements(surface_displacements(body, body.q));
+  else
+    lattice_ = shape.lattice.modes.leftCols(body.r) * body.q;
   for (long n = 0; n + 2 < lattice_.size(); n += 3)
     largest_shift_ = std::max(largest_shift_, lattice_.segment<3>(n).norm());
 }
@@ -199,6 +204,28 @@ MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {
   for (int c = 0; c < 8; ++c)
     modes += s.weight[c] * shape.lattice.modes.block(3L * s.node[c], 0, 3, r);
   return modes;
+}
+
+VertexShares shares_at_rest_place(const ContactShape& shape, const Vec3& rest) {
+  const ModeLattice& lattice = shape.lattice;
+  const ModeLattice::Stencil s = lattice.stencil(rest);
+  std::map<int, double> weights;
+  for (int c = 0; c < 8; ++c)
+    for (int m = 0; m < lattice.shares_each; ++m) {
+      const VertexShare& share = lattice.shares[lattice.shares_each * std::size_t(s.node[c]) + m];
+      weights[share.vertex] += s.weight[c] * share.weight;
+    }
+  VertexShares moved;
+  for (const auto& [vertex, weight] : weights) moved.push_back({vertex, weight});
+  return moved;
+}
+
+VertexShares shares_of_sample(const ContactShape& shape, int sample) {
+  const SurfaceSample& s = shape.samples[sample];
+  VertexShares moved;
+  for (int c = 0; c < 3; ++c)
+    if (s.weights[c] != 0.0) moved.push_back({s.vertices[c], s.weights[c]});
+  return moved;
 }
 
 }  // namespace archetide

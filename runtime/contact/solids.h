@@ -124,5 +124,8 @@ class CoveredSolid : public TouchedSolid {
 
 /// Modes of the body at a place of its rest shape, 3 x r, body frame.
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r);
+/// Of a body of nodes the vertices that it moves with; and those of a sample.
+VertexShares shares_at_rest_place(const ContactShape& shape, const Vec3& rest);
+VertexShares shares_of_sample(const ContactShape& shape, int sample);
 
 }  // namespace archetide

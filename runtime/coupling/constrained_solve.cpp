@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "common/base/check.h"
 #include "runtime/coupling/coupling.h"
 #include "runtime/coupling/stage_constraints.h"
 #include "runtime/cut_cells/flux_columns.h"
@@ -16,6 +15,16 @@ bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& re
   if (!contacts.shapes.empty()) return !contacts.contacts.empty();
   return std::any_of(results.begin(), results.end(),
                      [](const StageResult& body) { return !body.contacts.points.empty(); });
+}
+
+// Generalised impulse on a body of nodes of its first guess of the pressure.
+VecX push_of_water(const CoupledOperator::Body& body, double mean_push, double mass,
+                   const Array3<double>& pressure) {
+  VecX p(static_cast<Eigen::Index>(body.cell.size()));
+  for (std::size_t m = 0; m < body.cell.size(); ++m)
+    p[static_cast<Eigen::Index>(m)] =
+        mean_push + mass * pressure[static_cast<std::size_t>(body.cell[m])];
+  return body.nodes->surface().to_body(body.gather(p));
 }
 
 }  // namespace
@@ -34,6 +43,12 @@ std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
   for_each_large(coupled.size(), [&](std::size_t b) {
     const CoupledOperator::Body body = CoupledOperator::body_of(g, system_, rho, coupled[b]);
     const MatX &H = body.inverse_mass, &M = body.added_mass;
+    if (body.nodes) {
+      inverse[b] = mass * M * (MatX::Identity(M.rows(), M.cols()) + H * M).inverse();
+      inverse[b] = 0.5 * (inverse[b] + inverse[b].transpose()).eval();
+      y[b] -= coupled[b].answer(push_of_water(body, mean_push, mass, pressure));
+      return;
+    }
     inverse[b] = H * (MatX::Identity(M.rows(), M.cols()) + M * H).inverse() / mass;
     y[b] -=
         coupled[b].inverse_mass * (mean_push * sum_columns(body.flux) +
@@ -51,7 +66,6 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                      std::vector<StageResult>& results) {
   const Stopwatch watch;
   const double h = stage_seconds(stage, dt);
-  for (const StageBody& in : bodies) ARCHETIDE_CHECK(!in.body->nodes);  // scenes refuse them
   std::vector<VecX> y_star(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) y_star[b] = coupled[b].y_star;
   std::vector<VecX> y_free = y_star;
@@ -61,7 +75,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   StageConstraints rows(options_, dt, joints_, bodies, contacts, coupled, results,
                         std::move(wet_inverse));
   rows.start_from_last_step(contacts, h);
-  rows.resolve(again ? rows.expected_free(y_free) : y_free);
+  rows.resolve(again ? rows.expected_free(y_free) : rows.at_rows(y_free));
   contact_seconds_ = watch.wall();
 
   // The first solve only has to tell which contacts press; it is the first guess of the next.
@@ -77,11 +91,14 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
                                     round == 1 ? trial : options_.solve, u, pressure, rows.held(),
                                     round > 1));
     for (std::size_t b = 0; b < bodies.size(); ++b)
-      y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
+      if (coupled[b].nodes)
+        y_free[b] = y_star[b] + coupled[b].answer(coupled[b].impulse);
+      else
+        y_free[b] = y_star[b] + coupled[b].inverse_mass * coupled[b].impulse;
     rows.settle(y_free, coupled, results);
     if (!again || round == kRounds) break;
     const Stopwatch round_watch;
-    rows.resolve(rows.free_of_rows(coupled, results));
+    rows.resolve(rows.free_of_rows(coupled));
     const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
     contact_seconds_ += round_watch.wall();
     if (settled) break;

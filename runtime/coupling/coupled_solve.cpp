@@ -204,8 +204,7 @@ class PressureGradient {
 // Eqs. 39 and 40: y += H^-1 f, rows kept.
 void add_motion(const ConstrainedInverse* rows, const std::vector<VecX>& f,
                 std::vector<CoupledBody>& bodies) {
-  std::vector<VecX> gained = answers(bodies, f);
-  if (rows) rows->constrain(gained);
+  const std::vector<VecX> gained = answers(bodies, f, rows);
   for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b].y += gained[b];
 }
 

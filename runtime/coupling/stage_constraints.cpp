@@ -7,14 +7,67 @@ namespace {
 
 std::vector<ContactBody> contact_bodies(const std::vector<StageBody>& bodies,
                                         const std::vector<ConfigurationTerms>& terms,
-                                        const GroupContacts& contacts,
+                                        const RowsOfNodes& nodes, const GroupContacts& contacts,
                                         const std::vector<StageResult>& results,
                                         const std::vector<MatX>& wet_inverse) {
   std::vector<ContactBody> out(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    out[b] = {bodies[b].body, contacts.shapes.empty() ? nullptr : contacts.shapes[b], &terms[b],
-              &results[b].motion.H, wet_inverse.empty() ? nullptr : &wet_inverse[b]};
+    out[b] = {bodies[b].body,
+              contacts.shapes.empty() ? nullptr : contacts.shapes[b],
+              &terms[b],
+              &results[b].motion.H,
+              wet_inverse.empty() ? nullptr : &wet_inverse[b],
+              nodes[b].get()};
   return out;
+}
+
+// Points at walls, where contacts between bodies do not include them.
+template <class F>
+void for_wall_points(const GroupContacts& contacts, const std::vector<StageResult>& results,
+                     F&& f) {
+  if (!contacts.shapes.empty()) return;
+  for (std::size_t b = 0; b < results.size(); ++b)
+    for (const ContactPoint& point : results[b].contacts.points) f(static_cast<int>(b), point);
+}
+
+std::vector<const ReducedBody*> reduced(const std::vector<StageBody>& bodies) {
+  std::vector<const ReducedBody*> out;
+  for (const StageBody& b : bodies) out.push_back(b.body);
+  return out;
+}
+
+// Rows of the bodies of nodes: of contacts, numbered as in the contact system, then of joints.
+RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<StageBody>& bodies,
+                          const std::vector<ConfigurationTerms>& terms,
+                          const GroupContacts& contacts, const std::vector<CoupledBody>& coupled,
+                          const std::vector<StageResult>& results) {
+  RowsOfNodes nodes(bodies.size());
+  std::vector<const NodalInverse*> inverses(bodies.size(), nullptr);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!coupled[b].nodes) continue;
+    nodes[b] = std::make_unique<NodalRows>(*bodies[b].body, terms[b]);
+    inverses[b] = &coupled[b].nodes->inverse();
+  }
+  const std::vector<ContactBody> masses =
+      contact_bodies(bodies, terms, nodes, contacts, results, {});
+  add_rows(contacts.contacts, masses);
+  int item = static_cast<int>(contacts.contacts.size());
+  for_wall_points(contacts, results,
+                  [&](int b, const ContactPoint& point) { add_rows(item++, b, point, masses); });
+  for (const Joint& joint : joints) add_joint(joint, item++, reduced(bodies), nodes);
+  set_answers(inverses, nodes);
+  return nodes;
+}
+
+// (H + added mass)^-1 at rows: of a body of nodes A - S^T N S, with S what is seen of its answers.
+std::vector<MatX> wet_at_rows(std::vector<MatX> wet, const std::vector<StageBody>& bodies,
+                              const RowsOfNodes& nodes) {
+  for (std::size_t b = 0; b < wet.size(); ++b) {
+    if (!nodes[b]) continue;
+    const MatX S = bodies[b].body->nodes->seen_velocity(*nodes[b]->answers());
+    wet[b] = (nodes[b]->inverse_mass() - S.transpose() * wet[b] * S).eval();
+  }
+  return wet;
 }
 
 std::vector<ConfigurationTerms> present_terms(const std::vector<StageBody>& bodies,
@@ -43,33 +96,38 @@ StageConstraints::StageConstraints(const CouplingOptions& options, double dt,
                                    const std::vector<StageResult>& results,
                                    std::vector<MatX> wet_inverse)
     : terms_(present_terms(bodies, options.modal.mass)),
-      wet_inverse_(std::move(wet_inverse)),
-      system_(contacts.contacts, contact_bodies(bodies, terms_, contacts, results, wet_inverse_)),
+      nodes_(rows_of_nodes(joints, bodies, terms_, contacts, coupled, results)),
+      wet_inverse_(wet_at_rows(std::move(wet_inverse), bodies, nodes_)),
+      system_(contacts.contacts,
+              contact_bodies(bodies, terms_, nodes_, contacts, results, wet_inverse_)),
       target_(contacts.target),
       solve_(contacts.solve),
-      given_(bodies.size()) {
-  std::vector<const ReducedBody*> at;
+      given_(bodies.size()),
+      reaction_(bodies.size()) {
+  const std::vector<const ReducedBody*> at = reduced(bodies);
   std::vector<const ConfigurationTerms*> terms;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    at.push_back(bodies[b].body);
     terms.push_back(&terms_[b]);
-    inverse_mass_.push_back(&coupled[b].inverse_mass);
+    inverse_mass_.push_back(nodes_[b] ? &nodes_[b]->inverse_mass() : &coupled[b].inverse_mass);
   }
   if (contacts.shapes.empty()) {
     const std::vector<ContactBody> masses =
-        contact_bodies(bodies, terms_, contacts, results, wet_inverse_);
+        contact_bodies(bodies, terms_, nodes_, contacts, results, wet_inverse_);
     solve_.friction = options.walls.friction;
     constexpr double kStill = 1e-6;  // of what gravity adds in a step
     solve_.still = kStill * options.hydrostatics.gravity.norm() * dt;
+    for_wall_points(contacts, results, [&](int b, const ContactPoint& point) {
+      system_.add(b, point, options.walls.at(*bodies[b].body).friction, masses);
+    });
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const StageContacts& walls = results[b].contacts;
-      for (const ContactPoint& point : walls.points)
-        system_.add(static_cast<int>(b), point, options.walls.at(*bodies[b].body).friction, masses);
       target_.conservativeResize(target_.size() + walls.target.size());
       target_.tail(walls.target.size()) = walls.target;
     }
   }
-  for (const Joint& joint : joints) joint_rows_.push_back(joint_rows(joint, at, terms));
+  int item = static_cast<int>(system_.size());
+  for (const Joint& joint : joints)
+    joint_rows_.push_back(joint_rows(joint, at, terms, nodes_, item++));
   std::vector<const MatX*> answer = inverse_mass_;
   for (std::size_t b = 0; b < wet_inverse_.size(); ++b) answer[b] = &wet_inverse_[b];
   joints_.setup(answer, joint_rows_);
@@ -82,20 +140,36 @@ void StageConstraints::start_from_last_step(const GroupContacts& contacts, doubl
     lambda_ = contact_impulses(contacts.contacts, system_, contacts.start, h);
 }
 
-std::vector<VecX> StageConstraints::expected_free(std::vector<VecX> y) const {
-  std::vector<VecX> f(y.size());
+std::vector<VecX> StageConstraints::at_rows(const std::vector<VecX>& y) const {
+  std::vector<VecX> z = y;
+  for (std::size_t b = 0; b < y.size(); ++b)
+    if (nodes_[b]) z[b] = nodes_[b]->velocity(y[b]);
+  return z;
+}
+
+// y + H^-1 f, f at rows.
+VecX StageConstraints::moved(std::size_t b, const VecX& y, const VecX& f) const {
+  return y + (nodes_[b] ? *nodes_[b]->answers() : *inverse_mass_[b]) * f;
+}
+
+// The generalised force that f at rows is.
+VecX StageConstraints::on_body(std::size_t b, const VecX& f) const {
+  return nodes_[b] && f.size() > 0 ? VecX(nodes_[b]->force(f)) : f;
+}
+
+std::vector<VecX> StageConstraints::expected_free(const std::vector<VecX>& y_free) const {
+  std::vector<VecX> y = at_rows(y_free), f(y.size());
   for (std::size_t b = 0; b < y.size(); ++b) f[b] = VecX::Zero(y[b].size());
   for (std::size_t k = 0; k < system_.size(); ++k) system_.add_impulse(k, lambda_[k], f);
   for (std::size_t b = 0; b < y.size(); ++b) y[b] += (*inverse_mass_[b] - wet_inverse_[b]) * f[b];
   return y;
 }
 
-std::vector<VecX> StageConstraints::free_of_rows(const std::vector<CoupledBody>& coupled,
-                                                 const std::vector<StageResult>& results) const {
+std::vector<VecX> StageConstraints::free_of_rows(const std::vector<CoupledBody>& coupled) const {
   std::vector<VecX> y;
   for (std::size_t b = 0; b < coupled.size(); ++b) {
-    y.push_back(coupled[b].y);
-    if (results[b].reaction.size() > 0) y[b] -= wet_inverse_[b] * results[b].reaction;
+    y.push_back(nodes_[b] ? VecX(nodes_[b]->velocity(coupled[b].y)) : coupled[b].y);
+    if (reaction_[b].size() > 0) y[b] -= wet_inverse_[b] * reaction_[b];
   }
   return y;
 }
@@ -146,42 +220,67 @@ void StageConstraints::hold() {
   held_.setup(inverse_mass_, std::move(rows));
 }
 
-std::vector<VecX> StageConstraints::with_given(const std::vector<VecX>& y) const {
-  std::vector<VecX> out = y;
+std::vector<VecX> StageConstraints::with_given(std::vector<VecX> out) const {
   for (std::size_t b = 0; b < out.size(); ++b)
     if (given_[b].size() > 0) out[b] += *inverse_mass_[b] * given_[b];
   return out;
 }
 
+// What a body of nodes answers to the rows that are held.
+std::shared_ptr<const RowAnswers> StageConstraints::held_answers(std::size_t b,
+                                                                 const NodalBody& body) const {
+  VecX used = VecX::Zero(nodes_[b]->size());
+  for (const RowBlock& block : held_.blocks())
+    for (const auto& [owner, rows] : {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
+      if (owner == static_cast<int>(b)) used += rows->cwiseAbs().colwise().sum().transpose();
+  auto out = std::make_shared<RowAnswers>();
+  out->count = nodes_[b]->size();
+  for (int k = 0; k < out->count; ++k)
+    if (used[k] > 0.0) out->which.push_back(k);
+  out->whole = (*nodes_[b]->answers())(Eigen::all, out->which);
+  if (body.meets_water()) out->in_solve = body.surface().to_solve(out->whole);
+  return out;
+}
+
 void StageConstraints::start(const std::vector<VecX>& y_star,
                              std::vector<CoupledBody>& coupled) const {
-  std::vector<VecX> y = with_given(y_star);
+  const std::vector<VecX> y = with_given(at_rows(y_star));
   const std::vector<VecX> f = held_.impulses(held_.multipliers(y));
   for (std::size_t b = 0; b < y.size(); ++b) {
+    if (nodes_[b]) {
+      coupled[b].y_star = y_star[b];
+      for (const VecX* given : {&given_[b], &f[b]})
+        if (given->size() > 0) coupled[b].y_star = moved(b, coupled[b].y_star, *given);
+      coupled[b].nodes = coupled[b].nodes->with_rows(held_answers(b, *coupled[b].nodes));
+      continue;
+    }
     coupled[b].y_star = y[b];
     if (f[b].size() > 0) coupled[b].y_star += *inverse_mass_[b] * f[b];
   }
 }
 
 void StageConstraints::settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
-                              std::vector<StageResult>& results) const {
-  const std::vector<VecX> y = with_given(y_free);
+                              std::vector<StageResult>& results) {
+  const std::vector<VecX> y = with_given(at_rows(y_free));
   std::vector<VecX> lambda = held_.multipliers(y);
-  std::vector<VecX> reaction = held_.impulses(lambda);
+  reaction_ = held_.impulses(lambda);
   for (std::size_t b = 0; b < y.size(); ++b) {
-    if (reaction[b].size() > 0) coupled[b].y = y[b] + *inverse_mass_[b] * reaction[b];
-    add(reaction, b, given_[b]);
-    results[b].reaction = reaction[b];
+    const bool rows = reaction_[b].size() > 0;
+    if (rows && !nodes_[b]) coupled[b].y = y[b] + *inverse_mass_[b] * reaction_[b];
+    add(reaction_, b, given_[b]);
+    if (rows && nodes_[b]) coupled[b].y = moved(b, y_free[b], reaction_[b]);
+    results[b].reaction = on_body(b, reaction_[b]);
   }
   if (joint_rows_.empty()) return;
   for (std::size_t k = joint_rows_.size(); k < lambda.size(); ++k) lambda[k].setZero();
   std::vector<VecX> of_joints = held_.impulses(lambda);
-  for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = of_joints[b];
+  for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = on_body(b, of_joints[b]);
 }
 
 bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, double speed) const {
   std::vector<VecX> y(coupled.size());
   for (std::size_t b = 0; b < coupled.size(); ++b) y[b] = coupled[b].y;
+  y = at_rows(y);
   for (std::size_t k = 0; k < system_.size(); ++k)
     if ((system_.velocity(k, resolved_) - system_.velocity(k, y)).norm() > speed) return false;
   return true;

@@ -36,6 +36,15 @@ std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vec
   return y;
 }
 
+std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f,
+                          const ConstrainedInverse* rows) {
+  std::vector<VecX> y = answers(bodies, f);
+  const auto of_nodes = [&](int b) { return bodies[b].nodes ? bodies[b].nodes->rows() : nullptr; };
+  const auto whole = [](const RowAnswers& r) -> const MatX& { return r.whole; };
+  if (rows) constrain_responses(*rows, of_nodes, whole, 1.0, f, y);
+  return y;
+}
+
 MatX CoupledOperator::Body::gather(const MatX& values) const {
   if (!nodes) return flux * values;
   MatX f = MatX::Zero(rows(), values.cols());
@@ -133,7 +142,7 @@ void CoupledOperator::setup_closed_regions() {
   }
   if (rows_) {
     std::vector<MatX> held = free;
-    rows_->constrain(held);
+    hold(pushed, held);
     for (const int b : rows_->bodies()) G.noalias() += pushed[b].transpose() * (held[b] - free[b]);
     G = 0.5 * (G + G.transpose()).eval();
   }
@@ -190,12 +199,24 @@ void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
     y[body.cell[m]] += body.surface.pushed(m, at_vertices);
 }
 
+template <class Matrix>
+void CoupledOperator::hold(const std::vector<Matrix>& f, std::vector<Matrix>& response) const {
+  const auto of_nodes = [&](int b) {
+    return bodies_[b].nodes ? bodies_[b].nodes->rows() : nullptr;
+  };
+  const auto in_solve = [](const RowAnswers& r) -> const MatX& { return r.in_solve; };
+  if (rows_) constrain_responses(*rows_, of_nodes, in_solve, to_scaled_mass_, f, response);
+}
+template void CoupledOperator::hold(const std::vector<VecX>& f, std::vector<VecX>& response) const;
+template void CoupledOperator::hold(const std::vector<MatX>& f, std::vector<MatX>& response) const;
+
 // Eqs. 42 and 43 with λ eliminated: H⁻¹ f; with joints Eq. 49.
 void CoupledOperator::respond(std::vector<VecX>& f) const {
+  const std::vector<VecX> force = rows_ ? f : std::vector<VecX>();
   respond_nodes(f, f);
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (!bodies_[b].nodes) f[b] = (bodies_[b].inverse_mass * f[b]).eval();
-  if (rows_) rows_->constrain(f);
+  hold(force, f);
 }
 
 void CoupledOperator::respond_nodes(const std::vector<VecX>& f, std::vector<VecX>& response) const {
@@ -230,6 +251,12 @@ VecX CoupledOperator::on_body(std::size_t b, const VecX& f) const {
 MatX CoupledOperator::own_inverse(std::size_t b) const {
   const int body = static_cast<int>(b);
   if (!rows_ || !rows_->touches(body)) return bodies_[b].inverse_mass;
+  if (bodies_[b].nodes) {
+    const RowAnswers& rows = *bodies_[b].nodes->rows();
+    const MatX seen = rows.in_solve.topRows(bodies_[b].flux.rows()),
+               loss = rows_->own_loss(body)(rows.which, rows.which);
+    return bodies_[b].inverse_mass - to_scaled_mass_ * (seen * loss * seen.transpose());
+  }
   return to_scaled_mass_ * rows_->own_block(body);
 }
 

@@ -32,6 +32,9 @@ struct CoupledBody {
 
 /// CoupledBody::answer of every body to f[b]; bodies of nodes of one kind share their passes.
 std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f);
+/// The same where rows tie the bodies; null: none.
+std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vector<VecX>& f,
+                          const ConstrainedInverse* rows);
 
 /// Eq. 45 with the constraint impulses lambda eliminated (docs/method.md, C14): an operator on the
 /// pressure alone, scaled like PoissonMatrix:
@@ -84,6 +87,9 @@ class CoupledOperator {
                       const CoupledBody& coupled);
   const std::vector<Body>& bodies() const { return bodies_; }
 
+  /// What rows take from rho dx^3 H^-1 f; of bodies that none touch nothing is looked at.
+  template <class Matrix>
+  void hold(const std::vector<Matrix>& f, std::vector<Matrix>& response) const;
   /// rho dx^3 H^-1 f of every body, in place, rows kept.
   void respond(std::vector<VecX>& f) const;
   /// The same of the bodies of nodes alone.

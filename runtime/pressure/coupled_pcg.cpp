@@ -135,7 +135,7 @@ void CoupledPcg::respond(const float* z) {
     });
   carrier.rethrow();
   op_->respond_nodes(momentum_, response_);
-  if (op_->rows()) op_->rows()->constrain(response_);
+  op_->hold(momentum_, response_);
 }
 
 // q += sum F H^-1 F^T p, returns what it adds to p . q

@@ -320,12 +320,17 @@ void Deflation::add_answers(const CoupledOperator& op, std::size_t c, const Near
 // What rows take away from Y^T F H^-1 F^T Y: bodies that they tie together answer for each other.
 void Deflation::add_rows(const CoupledOperator& op, const std::vector<Near>& near, MatX& E) const {
   for (const Patch& p : patches_) {
-    std::vector<MatX> free(op.bodies().size());
+    std::vector<MatX> free(op.bodies().size()), force(op.bodies().size());
     for (const int c : op.rows()->bodies())
-      free[c] = MatX::Zero(op.bodies()[c].flux.rows(), p.columns);
-    for (const auto& [c, flux] : p.flux) free[c] = op.bodies()[c].inverse_mass * flux;
+      free[c] = force[c] = MatX::Zero(op.bodies()[c].rows(), p.columns);
+    for (const auto& [c, flux] : p.flux) {
+      if (op.bodies()[c].nodes)
+        force[c] = flux;  // what it loses follows from the force alone
+      else
+        free[c] = op.bodies()[c].inverse_mass * flux;
+    }
     std::vector<MatX> held = free;
-    op.rows()->constrain(held);
+    op.hold(force, held);
     for (const int c : op.rows()->bodies())
       for (const auto& [o, other] : near[c])
         E.block(o->first, p.first, o->columns, p.columns).noalias() +=

@@ -10,6 +10,13 @@ std::shared_ptr<const NodalBody> NodalBody::held(const MatX& X, const MatX& G) c
   return std::make_shared<const NodalBody>(surface_, std::move(inverse));
 }
 
+std::shared_ptr<const NodalBody> NodalBody::with_rows(
+    std::shared_ptr<const RowAnswers> rows) const {
+  auto body = std::make_shared<NodalBody>(*this);
+  body->rows_ = std::move(rows);
+  return body;
+}
+
 void NodalBody::answer_in_solve(const std::vector<const NodalBody*>& bodies, std::vector<MatX>& f) {
   ExceptionCarrier carrier;
   std::vector<const NodalInverse*> inverses;

@@ -3,9 +3,19 @@
 #include <memory>
 
 #include "runtime/cut_cells/nodal_surface.h"
+#include "runtime/solid/constrained_inverse.h"
 #include "runtime/solid/nodal_inverse.h"
 
 namespace archetide {
+
+/// What a body of nodes answers to rows on it (NodalRows): columns H^-1 J^T, k of the K. Transposed
+/// they take forces to the velocities z of these rows.
+struct RowAnswers {
+  std::vector<int> which;  // of the K rows
+  int count = 0;           // K
+  MatX whole;              // (6 + 3 n) x k
+  MatX in_solve;           // NodalSurface::to_solve of it; empty without water
+};
 
 /// A body of nodes inside a coupled solve: its surface and its inverse mass.
 class NodalBody {
@@ -14,10 +24,15 @@ class NodalBody {
   NodalBody(std::shared_ptr<const NodalSurface> surface, NodalInverse inverse)
       : surface_(std::move(surface)), inverse_(std::move(inverse)) {}
 
+  bool meets_water() const { return surface_ != nullptr; }
   const NodalSurface& surface() const { return *surface_; }
   const NodalInverse& inverse() const { return inverse_; }
   /// The same body with X G X^T less of its inverse mass, X (6 + 3 n) x k: what walls hold.
   std::shared_ptr<const NodalBody> held(const MatX& X, const MatX& G) const;
+  /// The same body with its answers to some rows of contacts and joints, those that a
+  /// ConstrainedInverse holds.
+  std::shared_ptr<const NodalBody> with_rows(std::shared_ptr<const RowAnswers> rows) const;
+  const RowAnswers* rows() const { return rows_.get(); }  // null without
 
   /// H^-1 f, 6 + 3 n rows.
   MatX answer(const MatX& f) const { return inverse_.solve(f); }
@@ -28,6 +43,36 @@ class NodalBody {
  private:
   std::shared_ptr<const NodalSurface> surface_;
   NodalInverse inverse_;
+  std::shared_ptr<const RowAnswers> rows_;
 };
+
+/// What rows take from responses of bodies (H^-1 f times `scale`) to f. nodal(b): of body b, if of
+/// nodes, its answers, and columns(answers) those in the coordinates of f; else null.
+template <class Matrix, class Nodal, class Columns>
+void constrain_responses(const ConstrainedInverse& rows, const Nodal& nodal, const Columns& columns,
+                         double scale, const std::vector<Matrix>& f,
+                         std::vector<Matrix>& response) {
+  std::vector<char> as_forces(response.size(), 0);
+  bool any = false;
+  for (const int b : rows.bodies())
+    if (nodal(b)) as_forces[b] = 1, any = true;
+  if (!any) return rows.constrain(response);
+  std::vector<Matrix> z(response.size());
+  for (const int b : rows.bodies()) {
+    if (!as_forces[b]) {
+      z[b].swap(response[b]);
+      continue;
+    }
+    const RowAnswers& at = *nodal(b);
+    z[b] = Matrix::Zero(at.count, f[b].cols());
+    z[b](at.which, Eigen::all) = scale * (columns(at).transpose() * f[b]);
+  }
+  rows.constrain(z, as_forces);
+  for (const int b : rows.bodies())
+    if (as_forces[b])
+      response[b].noalias() -= columns(*nodal(b)) * Matrix(z[b](nodal(b)->which, Eigen::all));
+    else
+      response[b].swap(z[b]);
+}
 
 }  // namespace archetide

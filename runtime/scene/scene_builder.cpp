@@ -64,18 +64,12 @@ void set_nodes_free(const BodySpec& spec, ArchetypeLibrary& library, ReducedBody
   free_nodes(library.nodes_of(body.archetype), body);
 }
 
-// What bodies of nodes cannot do yet.
-void demand_nodes_alone(const BodySpec& spec, const SceneSpec& scene) {
-  if (!spec.every_node) return;
-  const std::string what = scene.body_contact      ? "[contact]"
-                           : !scene.joints.empty() ? "[[joint]]"
-                           : !scene.skins.empty()  ? "[[skin]]"
-                                                   : "";
-  if (what.empty()) return;
+// A skin is bound to the modes of its members.
+void demand_modes_under_skins(const BodySpec& spec, const SceneSpec& scene) {
+  if (!spec.every_node || scene.skins.empty()) return;
   throw InputError(
-      {{spec.deformable_where, "bodies with deformable = \"full\" are not possible with " + what,
-        (scene.body_contact ? "set contact.bodies = false" : "remove " + what) +
-            ", or give the body modes instead"}});
+      {{spec.deformable_where, "bodies with deformable = \"full\" are not possible with [[skin]]",
+        "remove [[skin]], or give the body modes instead"}});
 }
 
 // Nonlinear modes have the trapezoidal rule only.
@@ -383,13 +377,13 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   };
   for (const BodySpec& spec : scene.bodies)
     collect([&] {
-      demand_nodes_alone(spec, scene);
+      demand_modes_under_skins(spec, scene);
       add_body(spec, library, built);
     });
   if (bad.empty()) collect([&] { add_skins(scene, library, built); });
   for (const ScatterSpec& spec : scene.scatters)
     collect([&] {
-      for (const BodySpec& kind : spec.kinds) demand_nodes_alone(kind, scene);
+      for (const BodySpec& kind : spec.kinds) demand_modes_under_skins(kind, scene);
       add_scatter(spec, library, built);
     });
   for (const StaticSpec& spec : scene.statics) {

@@ -92,10 +92,9 @@ MatX ConstrainedInverse::coupling(const Pair& p, const Pair& q) const {
   return S;
 }
 
-// Eq. 49 with λ_a eliminated: y − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C y.
+// (C′ H⁻¹ C′ᵀ)⁻¹ C′ y of every pair.
 template <class Matrix>
-void ConstrainedInverse::constrain(std::vector<Matrix>& y) const {
-  if (pairs_.empty()) return;
+std::vector<Matrix> ConstrainedInverse::held_back(const std::vector<Matrix>& y) const {
   std::vector<Matrix> x(pairs_.size());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const Pair& pair = pairs_[p];
@@ -103,14 +102,41 @@ void ConstrainedInverse::constrain(std::vector<Matrix>& y) const {
     if (pair.b >= 0) x[p].noalias() += pair.C_b * y[pair.b];
   }
   factor_.solve(x);
+  return x;
+}
+
+// Eq. 49 with λ_a eliminated: y − H⁻¹ Cᵀ (C H⁻¹ Cᵀ)⁺ C y.
+template <class Matrix>
+void ConstrainedInverse::constrain(std::vector<Matrix>& y) const {
+  constrain(y, std::vector<char>(y.size(), 0));
+}
+template <class Matrix>
+void ConstrainedInverse::constrain(std::vector<Matrix>& y,
+                                   const std::vector<char>& as_forces) const {
+  if (pairs_.empty()) {
+    for (const int b : bodies_)
+      if (as_forces[b]) y[b].setZero();
+    return;
+  }
+  const std::vector<Matrix> x = held_back(y);
+  for (const int b : bodies_)
+    if (as_forces[b]) y[b].setZero();
+  const auto take = [&](int b, const MatX& C, const MatX& W, const Matrix& lambda) {
+    if (as_forces[b])
+      y[b].noalias() += C.transpose() * lambda;
+    else
+      y[b].noalias() -= W * lambda;
+  };
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const Pair& pair = pairs_[p];
-    y[pair.a].noalias() -= pair.W_a * x[p];
-    if (pair.b >= 0) y[pair.b].noalias() -= pair.W_b * x[p];
+    take(pair.a, pair.C_a, pair.W_a, x[p]);
+    if (pair.b >= 0) take(pair.b, pair.C_b, pair.W_b, x[p]);
   }
 }
 template void ConstrainedInverse::constrain(std::vector<VecX>& y) const;
 template void ConstrainedInverse::constrain(std::vector<MatX>& y) const;
+template void ConstrainedInverse::constrain(std::vector<VecX>&, const std::vector<char>&) const;
+template void ConstrainedInverse::constrain(std::vector<MatX>&, const std::vector<char>&) const;
 
 // T^T g of every pair.
 std::vector<VecX> ConstrainedInverse::to_pairs(const std::vector<VecX>& blocks) const {
@@ -184,6 +210,18 @@ MatX ConstrainedInverse::own_block(int body) const {
   for (const int b : bodies_) y[b] = MatX::Zero(inverse_mass_[b]->rows(), n);
   y[body] = *inverse_mass_[body];
   constrain(y);
+  return 0.5 * (y[body] + y[body].transpose());
+}
+
+MatX ConstrainedInverse::own_loss(int body) const {
+  ARCHETIDE_CHECK(touches(body));
+  std::vector<MatX> y(inverse_mass_.size());
+  const Eigen::Index n = inverse_mass_[body]->cols();
+  for (const int b : bodies_) y[b] = MatX::Zero(inverse_mass_[b]->rows(), n);
+  y[body].setIdentity();
+  std::vector<char> as_force(y.size(), 0);
+  as_force[body] = 1;
+  constrain(y, as_force);
   return 0.5 * (y[body] + y[body].transpose());
 }
 

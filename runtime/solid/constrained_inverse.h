@@ -30,7 +30,8 @@ class ConstrainedInverse {
  public:
   static constexpr double kRankCut = 1e-10;
 
-  /// `inverse_mass`: H^-1 of every body, (6 + r)^2 (semi-definite is allowed).
+  /// `inverse_mass`: H^-1 of every body, (6 + r)^2 (semi-definite is allowed). Of a body of nodes
+  /// in the coordinates z of its rows (NodalRows), K for 6 + r here and everywhere below.
   void setup(const std::vector<const MatX*>& inverse_mass, std::vector<RowBlock> rows);
 
   bool empty() const { return blocks_.empty(); }
@@ -44,6 +45,10 @@ class ConstrainedInverse {
   /// body, columns side by side; those without rows are not looked at.
   template <class Matrix>
   void constrain(std::vector<Matrix>& y) const;
+  /// The same; y of the bodies that `as_forces` marks becomes the force C^T (C H^-1 C^T)^+ C y
+  /// whose answer they lose.
+  template <class Matrix>
+  void constrain(std::vector<Matrix>& y, const std::vector<char>& as_forces) const;
 
   /// lambda = (C H^-1 C^T)^+ (target - C y), a vector per block, N s: y + H^-1 C^T lambda keeps the
   /// rows.
@@ -56,6 +61,9 @@ class ConstrainedInverse {
 
   /// The block of one body, (6 + r)^2: what it answers to impulses on itself.
   MatX own_block(int body) const;
+  /// C^T (C H^-1 C^T)^+ C of one body that rows touch: H^-1 times this times H^-1 is what its block
+  /// loses.
+  MatX own_loss(int body) const;
 
  private:
   /// All rows of a pair of bodies, reduced to independent ones: C' = T^T C.
@@ -67,6 +75,8 @@ class ConstrainedInverse {
     MatX W_a, W_b;  // (6 + r) x k, H^-1 C'^T
   };
   void reduce(Pair& pair) const;
+  template <class Matrix>
+  std::vector<Matrix> held_back(const std::vector<Matrix>& y) const;
   MatX coupling(const Pair& p, const Pair& q) const;
   std::vector<VecX> to_pairs(const std::vector<VecX>& blocks) const;
   std::vector<VecX> to_blocks(const std::vector<VecX>& pairs) const;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/support/dry_body.h"
+#include "tests/support/full_blob.h"
 #include "tests/support/momenta.h"
 #include "tests/support/synthetic_archetype.h"
 
@@ -105,6 +106,39 @@ TEST_P(Impact, KeepsMomentumAndAddsNoEnergy) {
   EXPECT_LE(energy, energy_before * (1 + 1e-12));
 }
 INSTANTIATE_TEST_SUITE_P(Restitution, Impact, ::testing::Values(0.0, 0.5, 1.0));
+
+// A body of nodes is met where the same body with all its modes is, by the same rows.
+TEST(DeformedBody, OfNodesIsThatOfAllModes) {
+  const FullBlob blob;
+  ReducedBody bodies[2] = {body_of_modes(blob), body_of_nodes(blob)};
+  for (ReducedBody& body : bodies) {
+    const VecX share = 2e-3 * VecX::LinSpaced(FullBlob::kAll, 1.0, -0.5);
+    body.q = body.nodes ? VecX(blob.archetype->node_modes * share) : share;
+    body.rotation = Quat(0.8, 0.3, -0.2, 0.4).normalized();
+  }
+  const auto of_modes = contact_shape(blob.archetype),
+             of_nodes = contact_shape(blob.archetype, nullptr, true);
+  const DeformedBody modal(bodies[0], *of_modes), nodal(bodies[1], *of_nodes);
+  ASSERT_EQ(modal.samples().size(), nodal.samples().size());
+  int located = 0;
+  for (std::size_t s = 0; s < modal.samples().size(); ++s) {
+    EXPECT_LT((modal.samples()[s] - nodal.samples()[s]).norm(), 1e-13);
+    const Vec3 x = modal.samples()[s] * 1.02;
+    SolidPoint at_modal, at_nodal;
+    const bool here = modal.locate(x, 0.05, at_modal);
+    ASSERT_EQ(nodal.locate(x, 0.05, at_nodal), here);
+    if (!here) continue;
+    ++located;
+    EXPECT_NEAR(at_nodal.gap, at_modal.gap, 1e-12);
+    EXPECT_LT((at_nodal.rest - at_modal.rest).norm(), 1e-12);
+    MatX phi = MatX::Zero(3, FullBlob::kAll);
+    for (const VertexShare& m : shares_at_rest_place(*of_nodes, at_nodal.rest))
+      phi += m.weight * modes_at_vertex(bodies[0], m.vertex);
+    const MatX wanted = modes_at_rest_place(*of_modes, at_modal.rest, FullBlob::kAll);
+    EXPECT_LT((phi - wanted).norm(), 1e-11 * wanted.norm());
+  }
+  EXPECT_GT(located, 20);
+}
 
 TEST(ContactSystem, ImpulsesPushObeyCoulombAndStopTheApproach) {
   const SyntheticBody synthetic = random_archetype(8, 6);

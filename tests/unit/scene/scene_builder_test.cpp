@@ -70,17 +70,14 @@ TEST_F(BuildScene, BodiesOfNodesHaveNoNumberOfModes) {
   expect_contains(message, "remove modes, or remove deformable");
 }
 
-TEST_F(BuildScene, BodiesOfNodesAreRefusedByNameBesideWhatTheyCannotDo) {
-  const std::string pair =
-      "[[body]]\nname = \"a\"\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\n"
-      "[[body]]\nname = \"b\"\narchetype = \"tetra\"\nposition = [3, 0, 0]\nmodes = 0\n";
-  const auto refusal = [&](const std::string& more) {
-    return message_of<InputError>([&] { build(pair + more); });
-  };
-  const std::string are = "bodies with deformable = \"full\" are not possible with ";
-  expect_contains(refusal("[contact]\nfriction = 0.1\n"), are + "[contact]");
-  expect_contains(refusal("[[joint]]\nbodies = [\"a\", \"b\"]\npoints = [[1, 0, 0]]\n"),
-                  are + "[[joint]]");
+TEST_F(BuildScene, BodiesOfNodesAreRefusedBesideSkins) {
+  const std::string message = message_of<InputError>([&] {
+    build(
+        "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\ndeformable = \"full\"\n"
+        "[contact]\nfriction = 0.1\n"
+        "[[skin]]\narchetype = \"tetra\"\nbodies = [\"tetra\"]\n");
+  });
+  expect_contains(message, "bodies with deformable = \"full\" are not possible with [[skin]]");
 }
 
 TEST_F(BuildScene, BodiesWhoseModesAreClampedAreRefused) {

@@ -127,6 +127,23 @@ TEST(ConstrainedInverse, TakesDependentRowsWithinAPairAndAroundALoop) {
   EXPECT_EQ(loop.constrained().rank(), 8);
 }
 
+// What a body loses as an impulse: y - H^-1 g is what it becomes.
+TEST(ConstrainedInverse, GivesTheForcesThatHoldABody) {
+  Group g;
+  for (const int dofs : {6, 8, 7}) g.add_body(dofs, 1.0);
+  g.tie(0, 1, 3), g.tie(2, 1, 3), g.tie(0, -1, 1);
+  const ConstrainedInverse c = g.constrained();
+  const std::vector<VecX> y = g.split(g.matrix(g.size(), 1));
+  std::vector<VecX> held = y, with_force = y;
+  c.constrain(held);
+  c.constrain(with_force, {0, 1, 0});
+  EXPECT_EQ(with_force[0], held[0]);
+  EXPECT_EQ(with_force[2], held[2]);
+  EXPECT_LT((y[1] - g.inverse_mass[1] * with_force[1] - held[1]).norm(), 1e-13 * y[1].norm());
+  const MatX &H = g.inverse_mass[1], own = H - H * c.own_loss(1) * H;
+  EXPECT_LT((own - c.own_block(1)).norm(), 1e-13 * H.norm());
+}
+
 TEST(ConstrainedInverse, MultipliersKeepTheRowsAndAreEqualAndOpposite) {
   Group g;
   for (const int dofs : {6, 8, 7}) g.add_body(dofs, 1.0);

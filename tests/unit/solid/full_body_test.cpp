@@ -3,6 +3,7 @@
 
 #include <numeric>
 
+#include "runtime/solid/nodal_rows.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/full_blob.h"
 
@@ -133,6 +134,43 @@ TEST(FullBody, FactorsOfAFewStepLengthsAreKept) {
   for (std::size_t k = 1; k <= NodalSpace::kKeptFactors; ++k)
     blob.nodes->factor(1e-4 + 1e-5 * static_cast<double>(k));
   EXPECT_NE(blob.nodes->factor(1e-4), first);
+}
+
+// Points of contacts and joints, two of one item: J, its transpose, and what they answer.
+TEST(NodalRows, AreTheVelocitiesOfTheirPoints) {
+  const FullBlob blob;
+  const ReducedBody body = twins(blob).with_nodes;
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  const GeneralisedMass H =
+      generalised_mass(body, terms, 0.01, Stage::kVelocityFull, ModalStep::kTrapezoid);
+  const Mat3 frame = Quat(0.3, 0.8, -0.1, 0.2).normalized().toRotationMatrix();
+  RowsOfNodes all;
+  all.push_back(std::make_unique<NodalRows>(body, terms));
+  NodalRows& rows = *all[0];
+  MatX J(9, body.dofs());
+  const VertexShares moved[3] = {{{3, 1.0}}, {{1, 0.3}, {7, 0.9}, {12, -0.2}}, {}};
+  const int item[3] = {2, 5, 5};
+  for (int p = 0; p < 3; ++p) {
+    const Vec3 arm(0.1, 0.05 * p, -0.2);
+    rows.add(item[p], frame, arm, moved[p]);
+    MatX phi = MatX::Zero(3, body.r);
+    for (const VertexShare& m : moved[p]) phi += m.weight * modes_at_vertex(body, m.vertex);
+    J.middleRows<3>(3 * p) = frame * arm_jacobian(body, terms, arm, phi);
+  }
+  std::srand(5);
+  const MatX y = MatX::Random(body.dofs(), 2), g = MatX::Random(9, 2);
+  EXPECT_LT((rows.velocity(y) - J * y).norm(), 1e-13 * (J * y).norm());
+  EXPECT_LT((rows.force(g) - J.transpose() * g).norm(), 1e-13 * (J.transpose() * g).norm());
+  EXPECT_EQ(rows.rows_of(2), MatX(MatX::Identity(9, 9).topRows(3)));
+  EXPECT_EQ(rows.rows_of(5), MatX(MatX::Identity(9, 9).bottomRows(6)));
+  EXPECT_EQ(rows.rows_of(4).rows(), 0);
+  set_answers({&H}, all);
+  for (int k = 0; k < 9; ++k) {
+    const VecX answer = H.solve(J.row(k).transpose());
+    EXPECT_LT((rows.answers()->col(k) - answer).norm(), 1e-12 * answer.norm());
+    EXPECT_LT((rows.inverse_mass().col(k) - J * answer).norm(), 1e-12 * (J * answer).norm());
+  }
 }
 
 }  // namespace

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "runtime/solid/nodal_inverse.h"
+#include "runtime/solid/reduced_body.h"
+
+namespace archetide {
+
+/// How much of the displacement of a place of the body is that of a vertex of its surface.
+struct VertexShare {
+  int vertex = -1;
+  double weight = 0.0;
+};
+using VertexShares = std::vector<VertexShare>;
+
+/// Displacement of a place of a body of nodes that moves with these vertices, body frame, m.
+Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved);
+/// deformed_arm() of such a place, world, m.
+Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares& moved);
+
+/// A body of nodes as contacts and joints see it (docs/method.md, C17b): by the velocities z = J y
+/// of its points in their frames, K of them, three a point. What the points answer to impulses on
+/// them, J H^-1 J^T, is a small dense matrix, and in these coordinates a row of a contact or a
+/// joint is a unit vector. J itself is never formed: each point moves with a few nodes and with
+/// seven numbers of all.
+///
+/// First all points are added, then the answers are given.
+class NodalRows {
+ public:
+  /// `terms`: of the configuration of the points. Both must outlive it.
+  NodalRows(const ReducedBody& body, const ConfigurationTerms& terms);
+
+  /// Three rows more, frame times the velocity of a point at this arm (world, m) from the centre of
+  /// mass. `item`: the contact or joint that they are of, ascending; several points may be of one.
+  void add(int item, const Mat3& frame, const Vec3& arm, VertexShares moved);
+  int size() const { return 3 * static_cast<int>(points_.size()); }  // K
+  /// The rows of an item in coordinates z: units from `first_row` on, 3 points x K.
+  MatX rows_of(int item) const;
+  int first_row(int item) const;
+
+  MatX velocity(const MatX& y) const;  // J y, columns side by side
+  MatX force(const MatX& g) const;     // J^T g, (6 + 3 n) rows
+  MatX forces() const { return force(MatX::Identity(size(), size())); }  // J^T
+
+  /// `answers`: H^-1 J^T, (6 + 3 n) x K.
+  void set_answers(MatX answers);
+  const std::shared_ptr<const MatX>& answers() const { return answers_; }
+  const MatX& inverse_mass() const { return inverse_mass_; }  // J H^-1 J^T, K x K
+
+ private:
+  struct Point {
+    int item;
+    Mat3 frame;
+    Vec3 arm;  // world, m
+    VertexShares moved;
+  };
+
+  const ReducedBody* body_;
+  const ConfigurationTerms* terms_;
+  Mat3 R_;
+  std::vector<Point> points_;
+  std::shared_ptr<const MatX> answers_;
+  MatX inverse_mass_;
+};
+
+/// Of each body; null: its rows are written in its own velocities.
+using RowsOfNodes = std::vector<std::unique_ptr<NodalRows>>;
+
+/// Gives them their answers by the inverse masses, or H alone, of these bodies (null where no rows
+/// are); bodies of one kind share the passes over their factor.
+void set_answers(const std::vector<const NodalInverse*>& inverses, const RowsOfNodes& rows);
+void set_answers(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows);
+
+}  // namespace archetide
