@@ -59,6 +59,9 @@ class BudgetKeeper {
                 const End& end);
 
   const Budget& total() const { return total_; }
+  bool started() const { return started_; }
+  /// Of water and drops after the last step.
+  const Motion& last_motion() const { return last_; }
   void visit_state(StateArchive& a);
 
  private:

@@ -11,6 +11,7 @@
 #include "runtime/state.h"
 #include "runtime/statistics.h"
 #include "runtime/step_size.h"
+#include "runtime/thrown_bodies.h"
 #include "runtime/velocity_stage.h"
 
 namespace archetide {
@@ -43,12 +44,18 @@ void stop_held_modes(SimulationState& s) {
 
 // One attempt at a step of dt; false leaves the state in the middle of it.
 bool attempt_step(SimulationState& s, double dt, StepAttempt& attempt) {
+  constexpr int kMostHalvings = 6;  // for energy; then the step is taken as it is
+  const double before = energy_of_bodies(s.bodies);
   s.guard.start_step();
   s.budget.start_attempt(s.bodies);
   const bool done = s.options.scheme == Scheme::kNewmark ? step_with_two_solves(s, dt, attempt)
                                                          : step_with_one_solve(s, dt, attempt);
-  if (done) stop_held_modes(s);
-  return done;
+  if (!done) return false;
+  if (s.options.on_fail != OnFail::kStop && attempt.report.halvings < kMostHalvings &&
+      bodies_are_thrown(s, before, dt))
+    return false;
+  stop_held_modes(s);
+  return true;
 }
 
 void carry_markers(SimulationState& s, double dt) {
