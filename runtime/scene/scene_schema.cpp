@@ -297,7 +297,7 @@ Keys instance_keys(const std::string& table, const std::string& archetype = "req
            .choices = {"modes", "full"},
            .meaning = "full = every node of the tets is free instead of a few modes, linear "
                       "elasticity; the archetype must keep its tets (keep = \"tets\" in the body "
-                      "file). Not with modes, [contact], [[joint]]"}};
+                      "file). Not with modes, [[skin]]"}};
 }
 
 Keys rotation_keys(const std::string& table) {
