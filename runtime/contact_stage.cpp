@@ -3,6 +3,7 @@
 #include "runtime/contact/split_impulse.h"
 #include "runtime/contact_setup.h"
 #include "runtime/statistics.h"
+#include "runtime/step_size.h"
 
 namespace archetide {
 namespace {
@@ -18,8 +19,9 @@ bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepRep
   report.contacts = p.touching;
   report.max_penetration = p.largest;
   report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
-  if (s.options.scheme == Scheme::kSingle || s.options.on_fail == OnFail::kStop) return true;
-  return report.halvings >= kMostHalvings || !s.body_contacts->sank_deeper(half.reachable, p);
+  if (s.options.scheme == Scheme::kSingle || !may_halve(s.options, report, kMostHalvings))
+    return true;
+  return !s.body_contacts->sank_deeper(half.reachable, p);
 }
 
 // Each body alone at the walls of the tank.

@@ -5,13 +5,10 @@
 namespace archetide {
 namespace {
 
-VecX velocity_of(const SimulationState& s, const ReducedBody& body) {
-  return generalised_velocity(
-      body, configuration_terms(body, current_configuration(body), s.options.modal.mass));
-}
-
-bool same_motion(const ReducedBody& a, const JointedStart& b) {
-  return a.P == b.P && a.L == b.L && a.q_dot == b.q_dot;
+JointedStart start_of(const SimulationState& s, const ReducedBody& body) {
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), s.options.modal.mass);
+  return {generalised_velocity(body, terms), body.P, body.L};
 }
 
 }  // namespace
@@ -19,25 +16,25 @@ bool same_motion(const ReducedBody& a, const JointedStart& b) {
 std::vector<JointedStart> jointed_starts(const SimulationState& s) {
   std::vector<JointedStart> starts(s.joints.empty() ? 0 : s.bodies.size());
   for (const Joint& joint : s.joints)
-    for (const int b : {joint.a, joint.b})
-      if (b >= 0 && starts[b].y.size() == 0) {
-        const ReducedBody& body = s.bodies[b];
-        starts[b] = {velocity_of(s, body), body.P, body.L, body.q_dot};
-      }
+    for (const int b : {joint.a, joint.b}) {
+      if (b < 0 || starts[b].y.size() > 0) continue;
+      if (s.bodies[b].r > 0) return {};
+      starts[b] = start_of(s, s.bodies[b]);
+    }
   return starts;
 }
 
-bool joints_drive(const SimulationState& s, const HalfStep& half,
-                  const std::vector<StageResult>& results) {
+bool joints_drive(const SimulationState& s, const std::vector<JointedStart>& starts,
+                  const std::vector<VecX>& reaction, const std::vector<StageResult>& velocities) {
   constexpr double kMostWork = 1e-4;  // of the energy there is
   double work = 0.0, energy = 0.0;
-  for (std::size_t b = 0; b < half.start.size(); ++b) {
-    const JointedStart& start = half.start[b];
+  for (std::size_t b = 0; b < starts.size(); ++b) {
+    const JointedStart& start = starts[b];
     if (start.y.size() == 0) continue;
     const ReducedBody& body = s.bodies[b];
-    if (body.dofs() > 6 || !same_motion(body, start)) return false;
-    const VecX mean = 0.5 * (start.y + results[b].y);
-    for (const VecX* impulse : {&half.reaction[b], &results[b].joint_reaction})
+    if (body.P != start.P || body.L != start.L) return false;
+    const VecX mean = 0.5 * (start.y + velocities[b].y);
+    for (const VecX* impulse : {&reaction[b], &velocities[b].joint_reaction})
       if (impulse->size() > 0) work += impulse->dot(mean);
     energy += kinetic_energy(body) + body_mass(body) * s.options.gravity.norm() * s.reach[b].rest;
   }

@@ -5,7 +5,6 @@
 
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
-#include "runtime/joint_work.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/statistics.h"
 

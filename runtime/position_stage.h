@@ -3,17 +3,11 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/joint_work.h"
 #include "runtime/state.h"
 #include "runtime/step_report.h"
 
 namespace archetide {
-
-/// A jointed body at the start of a step.
-struct JointedStart {
-  VecX y;  // 6 + r
-  Vec3 P = Vec3::Zero(), L = Vec3::Zero();
-  VecX q_dot;
-};
 
 /// What the positions stage hands to the contacts and to the velocities stage; vectors hold a value
 /// per body.
@@ -22,7 +16,7 @@ struct HalfStep {
   std::vector<std::vector<Vec3>> read_points;  // surface, read back in time, m; empty: as it stands
   std::vector<StageContacts> held;             // points at walls
   std::vector<VecX> reaction;       // of the joints, 6 + r, N s and N m s; empty: no joints
-  std::vector<JointedStart> start;  // empty: no joints
+  std::vector<JointedStart> start;  // jointed_starts()
   GroupContacts reachable;          // contacts of this stage, with the forces that they pushed
   GroupContacts touching;           // contacts of the velocities stage, once they are resolved
 };

@@ -42,17 +42,15 @@ void stop_held_modes(SimulationState& s) {
   s.budget.add_held_energy(energy_of_bodies(s.bodies) - before);
 }
 
-// One attempt at a step of dt; false leaves the state in the middle of it.
-bool attempt_step(SimulationState& s, double dt, StepAttempt& attempt) {
-  constexpr int kMostHalvings = 6;  // for energy; then the step is taken as it is
-  const double before = energy_of_bodies(s.bodies);
+// One attempt at a step of dt from bodies as `before`; false leaves the state in the middle of it.
+bool attempt_step(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
+                  StepAttempt& attempt) {
   s.guard.start_step();
   s.budget.start_attempt(s.bodies);
   const bool done = s.options.scheme == Scheme::kNewmark ? step_with_two_solves(s, dt, attempt)
                                                          : step_with_one_solve(s, dt, attempt);
   if (!done) return false;
-  if (s.options.on_fail != OnFail::kStop && attempt.report.halvings < kMostHalvings &&
-      bodies_are_thrown(s, before, dt))
+  if (may_halve(s.options, attempt.report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
     return false;
   stop_held_modes(s);
   return true;
@@ -107,7 +105,7 @@ StepReport Simulation::step(double dt) {
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
     StepAttempt attempt;
     attempt.report.halvings = halvings;
-    if (attempt_step(s, dt, attempt)) {
+    if (attempt_step(s, start_->bodies, dt, attempt)) {
       finish_step(s, dt, attempt.report);
       return attempt.report;
     }

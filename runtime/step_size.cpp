@@ -104,4 +104,8 @@ double stable_dt(const SimulationState& s) {
   return g > 0.0 ? std::min(dt, std::sqrt(o.grid.dx / g)) : dt;
 }
 
+bool may_halve(const SimulationOptions& options, const StepReport& report, int most) {
+  return options.on_fail != OnFail::kStop && report.halvings < most;
+}
+
 }  // namespace archetide

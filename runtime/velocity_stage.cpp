@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include "runtime/joint_work.h"
 #include "runtime/solid/nonlinear_motion.h"
+#include "runtime/step_size.h"
 
 namespace archetide {
 namespace {
@@ -88,9 +88,8 @@ bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
       Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
       if_together(s, half.touching), s.water.narrow_flow(), &s.water.held());
   if (!report.velocity.converged) return false;
-  constexpr int kMostHalvings = 6;  // for energy; then the step is taken as it is
-  if (report.halvings < kMostHalvings && s.options.on_fail != OnFail::kStop &&
-      joints_drive(s, half, results))
+  if (may_halve(s.options, report, kMostForEnergy) &&
+      joints_drive(s, half.start, half.reaction, results))
     return false;
   if (s.body_contacts) {
     timer.hand_over("contact", s.coupling.contact_seconds());

@@ -26,10 +26,6 @@ MatX jacobian(const ReducedBody& body, const ConfigurationTerms& terms,
   return arm_jacobian(body, terms, arm_of(body, point), point.modes);
 }
 
-}  // namespace
-
-namespace {
-
 // Of the vertices next to a place, how much of its displacement is theirs.
 VertexShares shares_at(const std::vector<Vec3>& x, const Vec3& rest) {
   constexpr std::size_t kNeighbours = 12;

@@ -38,6 +38,21 @@ void take_rows(const std::vector<BodyContact>& contacts, Masses& m) {
     if (m.nodes[b]) m.y[b] = m.nodes[b]->velocity(m.y[b]);
 }
 
+/// Changes of the velocities of bodies of nodes, 6 + 3 n, by these impulses; of others empty.
+std::vector<VecX> answers_of_nodes(const Masses& m, const ContactSystem& system,
+                                   const std::vector<Vec3>& impulses) {
+  std::vector<VecX> changes(m.bodies.size());
+  if (std::none_of(m.nodes.begin(), m.nodes.end(), [](const auto& n) { return n != nullptr; }))
+    return changes;
+  std::vector<VecX> given(m.bodies.size());
+  for (std::size_t b = 0; b < given.size(); ++b)
+    if (m.bodies[b].body) given[b] = VecX::Zero(m.y[b].size());
+  for (std::size_t k = 0; k < impulses.size(); ++k) system.add_impulse(k, impulses[k], given);
+  for (std::size_t b = 0; b < given.size(); ++b)
+    if (m.nodes[b]) changes[b] = *m.nodes[b]->answers() * given[b];
+  return changes;
+}
+
 Masses masses_of(const std::vector<ReducedBody>& bodies,
                  const std::vector<const ContactShape*>& shapes,
                  const std::vector<BodyContact>& contacts, double dt, const ModalOptions& modal) {
@@ -276,17 +291,13 @@ void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
 
   std::vector<Vec3> delta_P(bodies.size(), Vec3::Zero()), delta_L = delta_P;
   system.add_momenta(total, touching, m.bodies, delta_P, delta_L);
-  std::vector<VecX> given(bodies.size());  // to bodies of nodes, by their rows
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (m.bodies[b].body) given[b] = VecX::Zero(m.y[b].size());
-  for (std::size_t k = 0; k < touching.size(); ++k) system.add_impulse(k, total[k], given);
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (m.bodies[b].body && m.y[b] != before[b])
-      accept_velocity(bodies[b],
-                      m.nodes[b] ? generalised_velocity(bodies[b], m.terms[b]) +
-                                       *m.nodes[b]->answers() * given[b]
-                                 : m.y[b],
-                      delta_P[b], delta_L[b]);
+  const std::vector<VecX> of_nodes = answers_of_nodes(m, system, total);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!m.bodies[b].body || m.y[b] == before[b]) continue;
+    const VecX y =
+        m.nodes[b] ? VecX(generalised_velocity(bodies[b], m.terms[b]) + of_nodes[b]) : m.y[b];
+    accept_velocity(bodies[b], y, delta_P[b], delta_L[b]);
+  }
 }
 
 }  // namespace archetide

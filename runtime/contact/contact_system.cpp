@@ -16,11 +16,10 @@ MatX place_jacobian(const ContactBody& b, const Vec3& place, const MatX& phi) {
 
 /// Modes at a surface sample, 3 x r, body frame.
 MatX modes_at_sample(const ContactBody& b, int sample) {
-  const SurfaceSample& s = b.shape->samples[sample];
   const MatX& S = b.shape->modes();
   MatX phi = MatX::Zero(3, b.body->r);
-  for (int c = 0; c < 3; ++c)
-    if (s.weights[c] != 0.0) phi += s.weights[c] * S.block(3L * s.vertices[c], 0, 3, b.body->r);
+  for (const VertexShare& m : shares_of_sample(*b.shape, sample))
+    phi += m.weight * S.block(3L * m.vertex, 0, 3, b.body->r);
   return phi;
 }
 

@@ -67,6 +67,17 @@ Vec3f palette_colour(int b) {
   return Vec3f(c[0] * c[0], c[1] * c[1], c[2] * c[2]);
 }
 
+int body_of(const SurfaceMesh& bodies, int vertex) {
+  return bodies.body.empty() ? 0 : bodies.body[static_cast<std::size_t>(vertex)];
+}
+
+std::map<int, Eigen::AlignedBox3d> rest_boxes(const SurfaceMesh& bodies) {
+  std::map<int, Eigen::AlignedBox3d> boxes;
+  for (std::size_t v = 0; v < bodies.rest.size(); ++v)
+    boxes[body_of(bodies, static_cast<int>(v))].extend(bodies.rest[v]);
+  return boxes;
+}
+
 }  // namespace
 
 Painter::Painter(const Stage& stage)
@@ -286,29 +297,18 @@ bool Painter::is_tank_side(const Vec3f& position, const Vec3f& normal) const {
   return std::abs(position[axis] - wall) < 1e-4f * size_ && !(axis == 2 && normal[2] > 0.0f);
 }
 
-std::vector<Painter::RestBox> Painter::rest_boxes(const SurfaceMesh& bodies) {
-  std::vector<RestBox> boxes;
-  for (std::size_t v = 0; v < bodies.rest.size(); ++v) {
-    const auto b = static_cast<std::size_t>(bodies.body[v]);
-    if (b >= boxes.size()) boxes.resize(b + 1);
-    boxes[b].low = boxes[b].low.cwiseMin(bodies.rest[v]);
-    boxes[b].high = boxes[b].high.cwiseMax(bodies.rest[v]);
-  }
-  return boxes;
-}
-
 // Two tones in cubes that are painted on the undeformed body: they show how it turns and bends.
 Vec3f Painter::body_colour(const RayHit& hit) const {
   constexpr double kCubes = 6.0;  // along the longest side
   const SurfaceMesh& bodies = stage_.bodies;
   const Vec3i& t = bodies.triangles[hit.triangle];
-  const int body = bodies.body.empty() ? 0 : bodies.body[t[0]];
+  const int body = body_of(bodies, t[0]);
   const Vec3f colour = palette_colour(body);
   if (bodies.rest.empty()) return colour;
   const Vec3 rest = (1.0 - hit.u - hit.v) * bodies.rest[t[0]] + hit.u * bodies.rest[t[1]] +
                     hit.v * bodies.rest[t[2]];
-  const RestBox& box = rest_[static_cast<std::size_t>(body)];
-  const Vec3 cube = kCubes / (box.high - box.low).maxCoeff() * (rest - 0.5 * (box.low + box.high));
+  const Eigen::AlignedBox3d& box = rest_.at(body);
+  const Vec3 cube = kCubes / box.sizes().maxCoeff() * (rest - box.center());
   long sum = 0;  // the middle lies in a cube
   for (int a = 0; a < 3; ++a) sum += std::lround(cube[a]);
   if ((sum & 1) == 0) return colour;

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <map>
+
+#include <Eigen/Geometry>
+
 #include "common/files/image.h"
 #include "runtime/output/camera.h"
 #include "runtime/output/ray_scene.h"
@@ -30,11 +34,6 @@ class Painter {
     float gloss = 0.0f;
   };
 
-  struct RestBox {  // around an undeformed body, m
-    Vec3 low = Vec3::Constant(1e30), high = Vec3::Constant(-1e30);
-  };
-
-  static std::vector<RestBox> rest_boxes(const SurfaceMesh& bodies);
   Vec3f air_light(const Ray& ray, int depth, Dice& dice) const;
   Vec3f water_surface_light(const Ray& ray, const RayHit& hit, int depth, Dice& dice) const;
   Vec3f light_through_water(Ray ray, int depth, Dice& dice) const;
@@ -49,11 +48,11 @@ class Painter {
   Vec3f transmittance(float length) const;
 
   const Stage& stage_;
-  std::vector<RestBox> rest_;             // of each body
-  SurfaceMesh edges_;                     // the tank's edges as thin bars
-  SurfaceMesh dots_, drops_;              // one on each marker, drop of spray
-  RayScene opaque_, edge_scene_, water_;  // edges cast no shadow
-  Vec3f low_, high_, absorption_;         // absorption in 1/m
+  std::map<int, Eigen::AlignedBox3d> rest_;  // around each undeformed body, m
+  SurfaceMesh edges_;                        // the tank's edges as thin bars
+  SurfaceMesh dots_, drops_;                 // one on each marker, drop of spray
+  RayScene opaque_, edge_scene_, water_;     // edges cast no shadow
+  Vec3f low_, high_, absorption_;            // absorption in 1/m
   float size_ = 1.0f, near_ = 0.0f, ground_ = 0.0f, tile_ = 1.0f;  // m
 };
 

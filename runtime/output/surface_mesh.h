@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-/// A triangle surface as frames store it. `body` and `rest` are empty for water, else one per vertex.
+/// A triangle surface as frames store it. Water has no `body` and no `rest`.
 struct SurfaceMesh {
   std::vector<Vec3> vertices;    // n, m
   std::vector<Vec3> normals;     // n, unit, outward

@@ -1,5 +1,6 @@
 #include "runtime/output/vtp.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -145,6 +146,8 @@ SurfaceMesh read_vtp(const std::string& path) {
   for (const std::size_t size : {mesh.normals.size(), mesh.body.size(), mesh.rest.size()})
     if (size != 0 && size != mesh.vertices.size())
       throw FileError(path + ": an array on points is of another length than the points");
+  if (std::any_of(mesh.body.begin(), mesh.body.end(), [](int b) { return b < 0; }))
+    throw FileError(path + ": a point is of a body with a negative number");
   const std::vector<int> corners = take_array<int>(path, bytes, "connectivity");
   const int n = static_cast<int>(mesh.vertices.size());
   for (std::size_t c = 0; c + 2 < corners.size(); c += 3) {

@@ -8,7 +8,8 @@
 namespace archetide {
 
 /// VTK XML PolyData with raw appended data (header_type UInt64): points, triangles, point normals,
-/// `body` on points and cells and `rest` on points (when the mesh has them), TimeValue. Atomic; throws MachineError.
+/// `body` on points and cells and `rest` on points (when the mesh has them), TimeValue. Atomic;
+/// throws MachineError.
 void write_vtp(const std::string& path, const SurfaceMesh& mesh, double time);
 
 /// Reads what write_vtp wrote. Throws FileError.
