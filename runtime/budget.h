@@ -36,6 +36,8 @@ struct Budget {
 /// Collects a Budget, step by step; an attempt that is given up leaves nothing.
 class BudgetKeeper {
  public:
+  /// Before the first step: how the water moves.
+  void start_from(const Motion& water) { last_ = water; }
   void start_attempt(const std::vector<ReducedBody>& bodies);
   void add_contact_energy(double joules) { step_.contact_energy += joules; }
   /// Of a body that appears.
@@ -59,8 +61,7 @@ class BudgetKeeper {
                 const End& end);
 
   const Budget& total() const { return total_; }
-  bool started() const { return started_; }
-  /// Of water and drops after the last step.
+  /// Of water and drops at the end of the last step, or before the first.
   const Motion& last_motion() const { return last_; }
   void visit_state(StateArchive& a);
 

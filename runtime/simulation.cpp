@@ -11,14 +11,14 @@
 #include "runtime/state.h"
 #include "runtime/statistics.h"
 #include "runtime/step_size.h"
-#include "runtime/thrown_bodies.h"
 #include "runtime/velocity_stage.h"
 
 namespace archetide {
 namespace {
 
 // Section 6, two coupled solves: x^n, v^n -> x^{n+1}, v^{n+1}. False if the step has to be shorter.
-bool step_with_two_solves(SimulationState& s, double dt, StepAttempt& attempt) {
+bool step_with_two_solves(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
+                          StepAttempt& attempt) {
   // Positions: u* = A(u^n) (Eq. 22), v^{n+1/2} from Eq. 45 with joints (Eq. 49) over dt/2, and
   // x^{n+1} = x^n + dt v^{n+1/2}, joints closed (Section 7).
   std::optional<HalfStep> half = advance_positions(s, dt, attempt);
@@ -31,7 +31,7 @@ bool step_with_two_solves(SimulationState& s, double dt, StepAttempt& attempt) {
   // joints (Eq. 49) over dt; the actuators' f (Section 7) is that of the middle of the step.
   const std::vector<VecX> drive =
       modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, half->middle, s.options.modal.mass);
-  return advance_velocities(s, dt, *half, drive, attempt.report);
+  return advance_velocities(s, before, dt, *half, drive, attempt.report);
 }
 
 // At the end of a step: modes that were held before an element turned inside out stop [D33].
@@ -47,11 +47,10 @@ bool attempt_step(SimulationState& s, const std::vector<ReducedBody>& before, do
                   StepAttempt& attempt) {
   s.guard.start_step();
   s.budget.start_attempt(s.bodies);
-  const bool done = s.options.scheme == Scheme::kNewmark ? step_with_two_solves(s, dt, attempt)
-                                                         : step_with_one_solve(s, dt, attempt);
+  const bool done = s.options.scheme == Scheme::kNewmark
+                        ? step_with_two_solves(s, before, dt, attempt)
+                        : step_with_one_solve(s, dt, attempt);
   if (!done) return false;
-  if (may_halve(s.options, attempt.report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
-    return false;
   stop_held_modes(s);
   return true;
 }

@@ -26,9 +26,6 @@ void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepRepor
 
 namespace {
 
-// Wet share of a cell with phi / dx at its centre.
-double wet_share(double phi) { return std::min(std::max(0.5 - phi, 0.0), 1.0); }
-
 // Largest |u| of the faces with valid == 1.
 double fastest(const Array3<double>& u, const Array3<unsigned char>& valid) {
   double most = 0.0;
@@ -51,53 +48,47 @@ Vec3 differences(const Array3<double>& f, int i, int j, int k) {
   return d;
 }
 
-// Moment of the water of row (j, k) against gravity, over the mass of a cell, m^2/s^2. Water of cells
-// that the surface or a solid cuts weighs at its own centre: half of what is cut off away from the
-// cell's.
-double weight_moment(const Vec3& gravity, const Grid& g, const Array3<double>& level,
-                     const Array3<double>& solids, int j, int k) {
-  const double *phi = &level(0, j, k), *solid = &solids(0, j, k), dx = g.dx;
-  const int nx = g.nx;
-  double fill = 0.0, moment = 0.0;  // of the row, about its first cell
-  int partly = 0;                   // cells that the surface or a solid cuts
-#pragma omp simd reduction(+ : fill, moment) reduction(| : partly)
-  for (int i = 0; i < nx; ++i) {
-    const double wet = wet_share(phi[i] / dx), open = open_fraction(solid[i]), cell = wet * open;
-    fill += cell, moment += i * cell;
-    partly |= (wet * (1.0 - wet) > 0.0) | (open * (1.0 - open) > 0.0);
-  }
+// What the moment of row (j, k) of the water `held` (dx^3) about the origin is beyond that of the
+// cells' centres, along gravity and over dx^4, m/s^2: water of cells that the surface or a solid cuts
+// is at its own centre, half of what is cut off away from the cell's.
+double moment_in_cells(const Vec3& gravity, const Array3<double>& level,
+                       const Array3<double>& solids, const Array3<double>& held, int j, int k) {
+  const double *water = &held(0, j, k), *solid = &solids(0, j, k);
   double off = 0.0;
-  for (int i = 0; partly && i < g.nx; ++i) {
-    const double wet = wet_share(phi[i] / g.dx), open = open_fraction(solid[i]);
-    if (wet * (1.0 - wet) > 0.0)
-      off -= 0.5 * wet * (1.0 - wet) * open * gravity.dot(differences(level, i, j, k)) / g.dx;
-    if (wet * open * (1.0 - open) > 0.0)
-      off -= 0.5 * wet * open * (1.0 - open) *
+  for (int i = 0; i < held.nx(); ++i) {
+    if (water[i] <= 0.0 || water[i] >= 1.0) continue;
+    const double open = open_fraction(solid[i]), wet = std::min(water[i] / open, 1.0);
+    if (wet < 1.0)
+      off -= 0.5 * (1.0 - wet) * water[i] *
+             gravity.dot(differences(level, i, j, k).stableNormalized());
+    if (open < 1.0)
+      off -= 0.5 * (1.0 - open) * water[i] *
              gravity.dot(differences(solids, i, j, k).stableNormalized());
   }
-  return fill * gravity.dot(g.cell_centre(0, j, k)) + (moment * gravity[0] + off) * g.dx;
+  return off;
 }
 
 }  // namespace
 
 void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
+                          const Array3<double>& held, const WaterMoment& inside,
                           const Coupling& coupling, StepReport& r) {
-  const Array3<double>& solids = coupling.solids().cell;
-  r.water_volume = water_volume(g, fluid.phi, &solids);
-
   const Motion& motion = coupling.motion_after();
+  r.water_volume = inside.volume;
   r.water_momentum = motion.P;
   r.water_angular_momentum = motion.L;
   r.water_kinetic = motion.kinetic;
   for (int a = 0; a < 3; ++a)
     r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
-  const double mass = o.water_density * g.dx * g.dx * g.dx;
-  std::vector<double> potential(g.nz, 0.0);
+  const Array3<double>& solids = coupling.solids().cell;
+  std::vector<double> off(g.nz, 0.0);
 #pragma omp parallel for schedule(static, 1)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
-      potential[k] -= mass * weight_moment(o.gravity, g, fluid.phi, solids, j, k);
-  for (double p : potential) r.potential += p;
+      off[k] += moment_in_cells(o.gravity, fluid.phi, solids, held, j, k);
+  double moment = o.gravity.dot(inside.moment);
+  for (const double of_plane : off) moment += of_plane * g.dx * g.dx * g.dx * g.dx;
+  r.potential -= o.water_density * moment;
 }
 
 WaterMoment water_moment(const Grid& g, const Array3<double>& held) {

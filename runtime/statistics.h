@@ -11,11 +11,6 @@ namespace archetide {
 /// Momenta and energies of one body, added to the report.
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& report);
 
-/// Volume, momentum, energies and largest speed of the water, added to the report; grid: of its
-/// fields.
-void add_water_statistics(const SimulationOptions& options, const Grid& grid,
-                          const FluidState& fluid, const Coupling& coupling, StepReport& report);
-
 /// Volume of the water that cells hold (dx^3), m^3, and its first moment about the origin, m^4, of
 /// a cell's water at its centre.
 struct WaterMoment {
@@ -23,6 +18,12 @@ struct WaterMoment {
   Vec3 moment = Vec3::Zero();
 };
 WaterMoment water_moment(const Grid& grid, const Array3<double>& held);
+
+/// Momentum, energies and largest speed of the water, with its volume and moment `inside`, added to
+/// the report; grid: of its fields, held: dx^3.
+void add_water_statistics(const SimulationOptions& options, const Grid& grid,
+                          const FluidState& fluid, const Array3<double>& held,
+                          const WaterMoment& inside, const Coupling& coupling, StepReport& report);
 
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);

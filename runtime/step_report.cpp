@@ -20,11 +20,11 @@ void add_spray_statistics(const SimulationOptions& o, const Spray& spray, const 
 }
 
 // What the columns of the budget need of the water [D49].
-void add_water_budget(const SimulationState& s, const SprayMotion& drops, BudgetKeeper::End& end) {
+void add_water_budget(const SimulationState& s, const WaterMoment& inside, const SprayMotion& drops,
+                      BudgetKeeper::End& end) {
   const double density = s.options.water_density;
   const WaterStep& water = s.water;
   const Coupling& coupling = s.coupling;
-  const WaterMoment inside = water_moment(water.grid(), water.held());
   end.before = coupling.motion_before(), end.after = coupling.motion_after();
   end.drops = {density * drops.momentum, density * drops.angular_momentum, density * drops.kinetic};
   end.solids = coupling.solid_impulse(), end.hydrostatic = coupling.hydrostatic_impulse();
@@ -38,14 +38,15 @@ void add_water_budget(const SimulationState& s, const SprayMotion& drops, Budget
 void add_water(const SimulationState& s, StepReport& r, BudgetKeeper::End& end) {
   const WaterStep& water = s.water;
   if (!water.present()) return;
-  add_water_statistics(s.options, water.grid(), water.fluid(), s.coupling, r);
+  const WaterMoment inside = water_moment(water.grid(), water.held());
+  add_water_statistics(s.options, water.grid(), water.fluid(), water.held(), inside, s.coupling, r);
   r.outflow_volume = water.outflow();
   r.volume_refitted = water.refitted();
   r.volume_residual = water.residual_volume();
   const SprayMotion drops = spray_motion(water.fluid().spray, s.options.gravity);
   add_spray_statistics(s.options, water.fluid().spray, drops, r);
   r.water_kinetic += water.slowed_energy();
-  add_water_budget(s, drops, end);
+  add_water_budget(s, inside, drops, end);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@ namespace archetide {
 
 /// Whether the bodies have gained more energy in a step of dt (s) than can be there for them: what
 /// they had in the state `before` once more, a tenth of the water's kinetic energy, and what weight
-/// and buoyancy do on twice their way. A light body that a stream strikes in a long step is thrown
-/// otherwise [D63]. Not asked in the first step, nor where actuators work.
+/// and buoyancy do on twice the way that they would go on. A light body that a stream strikes in a
+/// long step is thrown otherwise [D63]. Not asked where actuators work.
 bool bodies_are_thrown(const SimulationState& s, const std::vector<ReducedBody>& before, double dt);
 
 }  // namespace archetide

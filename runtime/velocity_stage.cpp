@@ -5,6 +5,7 @@
 
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
+#include "runtime/thrown_bodies.h"
 
 namespace archetide {
 namespace {
@@ -31,9 +32,13 @@ double power_of_drive(const SimulationState& s, std::size_t b, const VecX& f,
   return f.dot(went ? middle.q_dot : mean);
 }
 
-// P, L and q̇ of n+1 (S12), and what the water gave.
-void accept(SimulationState& s, std::size_t b, const StageResult& result) {
-  accept_velocity(s.bodies[b], result.y, result.delta_P, result.delta_L);
+// P, L and q̇ of n+1 (S12).
+void accept(const StageResult& result, ReducedBody& body) {
+  accept_velocity(body, result.y, result.delta_P, result.delta_L);
+}
+
+// What the water gave.
+void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& result) {
   const Vec3 force = result.water_impulse.head<3>(), torque = result.water_impulse.segment<3>(3);
   s.budget.add_water_impulse(impulse_at(s.bodies[b].position, force, torque));
   s.water_impulse[b] += force;
@@ -71,12 +76,17 @@ void meet_at_start(SimulationState& s, double dt) {
       s.coupling.couple(Stage::kVelocityFull, h, {&s.water.fluid().phi}, stage,
                         s.water.full_velocity(), results, nullptr, {}, &s.water.held());
   if (!report.converged) return;
-  for (std::size_t b = 0; b < s.bodies.size(); ++b) accept(s, b, results[b]);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    accept(results[b], s.bodies[b]);
+    book_water_impulse(s, b, results[b]);
+  }
+  s.coupling.accept_velocities();
+  s.budget.start_from(s.coupling.motion_after());
   s.water.after_velocity_solve(dt, s.coupling);
 }
 
-bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
-                        const std::vector<VecX>& drive, StepReport& report) {
+bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
+                        HalfStep& half, const std::vector<VecX>& drive, StepReport& report) {
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     stage.push_back({&s.bodies[b], half.middle[b], half.read_points[b], false, half.held[b],
@@ -91,20 +101,29 @@ bool advance_velocities(SimulationState& s, double dt, HalfStep& half,
   if (may_halve(s.options, report, kMostForEnergy) &&
       joints_drive(s, half.start, half.reaction, results))
     return false;
+  double work = 0.0;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    ReducedBody& body = s.bodies[b];
+    // one solve a step counts the work where it moves the bodies
+    if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
+      work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
+    // joints keep the way that closed them; one solve a step moves the bodies itself
+    if (half.reaction[b].size() == 0 && s.options.scheme == Scheme::kNewmark)
+      correct_modes(half.middle[b], results[b].y.tail(body.r), dt, body);
+    accept(results[b], body);
+  }
+  if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
+    return false;
+
+  // From here on the step is taken.
   if (s.body_contacts) {
     timer.hand_over("contact", s.coupling.contact_seconds());
     s.body_contacts->memory.velocity = half.touching.forces;
     report.contact_sweeps += half.touching.sweeps;
   }
-  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
-    // one solve a step counts the work where it moves the bodies
-    if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
-      s.actuation_work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
-    // joints keep the way that closed them; one solve a step moves the bodies itself
-    if (half.reaction[b].size() == 0 && s.options.scheme == Scheme::kNewmark)
-      correct_modes(half.middle[b], results[b].y.tail(s.bodies[b].r), dt, s.bodies[b]);
-    accept(s, b, results[b]);
-  }
+  s.actuation_work += work;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) book_water_impulse(s, b, results[b]);
+  s.coupling.accept_velocities();
   s.water.after_velocity_solve(dt, s.coupling);
   report.divergence = s.coupling.last_divergence();
   return true;

@@ -237,7 +237,25 @@ SurfaceOptions WaterStep::surface_options() const {
   SurfaceOptions s;
   s.particles_per_cell = options_.particles_per_cell;
   s.open_side = open_side_;
+  s.air_beyond = air_beyond_;
   return s;
+}
+
+// Beyond an open side that the water covers whole there is as much of it as it takes; otherwise air.
+void WaterStep::find_air_beyond() {
+  const Array3<double>& phi = fluid_.phi;
+  for (int side = 0; side < 6; ++side) {
+    if (!options_.open_side[side]) continue;
+    const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    if (side == kZMax && grid_.nz < options_.grid.nz) air_beyond_[side] = true;
+    Vec3i at;
+    at[axis] = side % 2 ? grid_.size(axis) - 1 : 0;
+    for (at[c] = 0; at[c] < grid_.size(c); ++at[c])
+      for (at[b] = 0; at[b] < grid_.size(b); ++at[b]) {
+        const std::size_t n = phi.index(at[0], at[1], at[2]);
+        if (phi[n] >= 0.0 && !solid_cells_[n]) air_beyond_[side] = true;
+      }
+  }
 }
 
 void WaterStep::prepare(const Coupling& coupling) {
@@ -247,6 +265,7 @@ void WaterStep::prepare(const Coupling& coupling) {
   if (single()) u_last_.resize(g, 0.0);
   valid_.resize(g, 1);
   mark_solid_cells(coupling.solids(), solid_cells_);
+  find_air_beyond();
   prepare_surface(g, fluid_, surface_options(), solid_cells_);
   held_.resize(g.nx, g.ny, g.nz, 0.0);
   residual_.resize(g.nx, g.ny, g.nz, 0.0);
@@ -479,6 +498,10 @@ void WaterStep::visit_state(StateArchive& a) {
   a.field("water/ceiling", ceiling);
   if (ceiling < 1 || ceiling > options_.grid.nz) a.fail("the water stands in another tank");
   if (a.reading()) set_ceiling(static_cast<int>(ceiling));
+  std::int64_t air = 0;
+  for (int side = 0; side < 6; ++side) air |= std::int64_t{air_beyond_[side]} << side;
+  a.field("water/air_beyond", air);
+  for (int side = 0; side < 6; ++side) air_beyond_[side] = (air >> side & 1) != 0;
   a.field("water/refitted", refitted_);
   a.field("water/outflow", outflow_);
   a.field("water/markers", fluid_.markers);

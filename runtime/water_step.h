@@ -121,6 +121,7 @@ class WaterStep {
   void set_ceiling(int layers);
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
+  void find_air_beyond();
   /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
@@ -143,7 +144,8 @@ class WaterStep {
   MacField u_star_;  // advected, for the full-step solve, m/s
   Grid grid_;
   Sides open_side_;
-  double last_dt_ = 0.0;                   // s, of the step that u_half_ stems from; 0: of none
+  Sides air_beyond_{};    // open sides that the water did not cover whole at the start
+  double last_dt_ = 0.0;  // s, of the step that u_half_ stems from; 0: of none
   double outflow_ = 0.0, refitted_ = 0.0;  // m^3
   FaceField<unsigned char> valid_, target_, deep_;
   Array3<unsigned char> solid_cells_;

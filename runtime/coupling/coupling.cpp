@@ -265,16 +265,18 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   measure_after(stage, dt, loads, coupled, u, held);
 
   const bool ends_step = stage == Stage::kVelocityFull;
+  solved_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     end_body(b, bodies[b], coupled[b], results[b]);
-    if (ends_step && report.converged)
-      carried_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
+    solved_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
   }
   if (ends_step || !report.converged)
     divergence_ =
         wet() ? max_divergence(options_.grid, system_, u, coupled, &divergent_cell_) : 0.0;
   return report;
 }
+
+void Coupling::accept_velocities() { carried_velocity_ = solved_velocity_; }
 
 void Coupling::visit_state(StateArchive& a, const std::vector<ReducedBody>& bodies) {
   a.field("coupling/carried_velocity", carried_velocity_);

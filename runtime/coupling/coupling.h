@@ -79,6 +79,10 @@ class Coupling {
                      std::vector<StageResult>& results, GroupContacts* together = nullptr,
                      const NarrowFlow& narrow = {}, const Array3<double>* held = nullptr);
 
+  /// The velocities stage just solved ends a step that is taken: the water carried beside the bodies
+  /// goes on from them. Without it the next couple() begins where the last one did.
+  void accept_velocities();
+
   /// Fractions of this configuration; `couple` does it itself.
   void update_geometry(const std::vector<StageBody>& bodies);
   /// The same for the next couple(), which must be of the same bodies, ahead of it.
@@ -228,8 +232,8 @@ class Coupling {
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];  // first guess of each stage
-  // Of that water: seen_velocity of its body after the last velocity stage.
-  std::vector<VecX> carried_velocity_;
+  // Of that water: seen_velocity of its body at the end of the last step, and after the last solve.
+  std::vector<VecX> carried_velocity_, solved_velocity_;
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();
   WaterMotion before_, after_;

@@ -408,12 +408,31 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, con
   return cells;
 }
 
+// The same for water that stands at an open side: it ends there, or before.
+void fix_at_side(const Grid& g, const Array3<double>& phi, const Mask& solid, int side, Front& f,
+                 std::vector<int>& cells) {
+  const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+  Vec3i at;
+  at[axis] = side % 2 ? g.size(axis) - 1 : 0;
+  for (at[c] = 0; at[c] < g.size(c); ++at[c])
+    for (at[b] = 0; at[b] < g.size(b); ++at[b]) {
+      const auto n = static_cast<int>(phi.index(at[0], at[1], at[2]));
+      if (!wet(phi[n]) || inside(solid, n)) continue;
+      const auto m = static_cast<int>(f.index(at[0], at[1], at[2]));
+      const bool reached = f.marks[m] != Front::kUnreached;
+      f.reach(m, std::max(reached ? f.distance[m] : phi[n], -0.5 * g.dx));
+      if (!reached) cells.push_back(m);
+    }
+}
+
 }  // namespace
 
 void redistance(const Grid& g, Array3<double>& phi, double band, const Mask& solid,
-                const Mask& sheet) {
+                const Mask& sheet, const Sides& air_beyond) {
   Front front(phi, g.dx, band);
   std::vector<int> layer = fix_interface(phi, solid, sheet, front);
+  for (int side = 0; side < 6; ++side)
+    if (air_beyond[side]) fix_at_side(g, phi, solid, side, front, layer);
 
   // Outwards layer by layer as far as the band goes.
   std::vector<std::vector<int>> layers;

@@ -17,11 +17,12 @@ constexpr int kSheetLayers = 4;  // cells into a body that distances see the sur
 constexpr int kMargin = 3;       // cells that the interface must keep from the last ones that move
 
 // Distances of the surface and of its continuation into solids.
-void measure(const Grid& g, Array3<double>& phi, double band,
+void measure(const Grid& g, Array3<double>& phi, const SurfaceOptions& options,
              const Array3<unsigned char>& solid_cells) {
+  const double band = options.band_cells * g.dx;
   const Array3<unsigned char> sheet = continue_surface(g, phi, solid_cells, kSheetLayers);
   extend_level_set(g, phi, solid_cells, kSolidLayers, band, sheet);
-  redistance(g, phi, band, solid_cells, sheet);
+  redistance(g, phi, band, solid_cells, sheet, options.air_beyond);
 }
 
 }  // namespace
@@ -34,7 +35,7 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
                    options.band_cells - kMargin);
   advect_particles(g, state.u, dt, state.particles);
   correct_level_set(g, state.particles, solid_cells, state.phi);
-  measure(g, state.phi, band, solid_cells);
+  measure(g, state.phi, options, solid_cells);
   correct_level_set(g, state.particles, solid_cells, state.phi);
   adjust_radii(g, state.phi, state.phi, state.particles);
   const bool due = step % options.reseed_every == 0 || state.particles.size() == 0;
@@ -46,8 +47,7 @@ void advance_surface(const Grid& g, FluidState& state, double dt, const SurfaceO
 void prepare_surface(const Grid& g, FluidState& state, const SurfaceOptions& options,
                      const Array3<unsigned char>& solid_cells) {
   if (g.cells() == 0) return;
-  const double band = options.band_cells * g.dx;
-  measure(g, state.phi, band, solid_cells);
+  measure(g, state.phi, options, solid_cells);
   if (options.particles_per_cell > 0)
     reseed_particles(g, state.phi, solid_cells, options.particles_per_cell, 0, state.particles);
 }

@@ -106,7 +106,7 @@ WetPoint wet_point(const Grid& g, const Array3<double>& phi, const FaceField<dou
 namespace {
 
 // Where the interface crosses the segment between the wet points on both sides of a face; on an
-// open side of the tank: the face.
+// open side of the tank: the face, or before it.
 struct Crossing {
   double theta;  // cells from the water's point, 0 to 1
   Vec3 point;    // m
@@ -115,7 +115,10 @@ Crossing crossing(const Grid& g, const Array3<double>& phi, const FaceField<doub
                   const Vec3i& c, int axis, int sign) {
   const Vec3i n = neighbour(c, axis, sign);
   const WetPoint inside = wet_point(g, phi, open, c);
-  if (!in_grid(g, n)) return {0.5, inside.x + sign * 0.5 * g.dx * Vec3::Unit(axis)};
+  if (!in_grid(g, n)) {
+    const double theta = std::clamp(-inside.phi / g.dx, 0.0, 0.5);
+    return {theta, inside.x + sign * theta * g.dx * Vec3::Unit(axis)};
+  }
   const WetPoint outside = wet_point(g, phi, open, n);
   const double theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
   return {theta, inside.x + theta * (outside.x - inside.x)};

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "runtime/simulation.h"
+#include "tests/hard/hard_case.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
@@ -172,6 +173,31 @@ TEST(JointCost, NothingForBodiesWithoutJoints) {
     expect_same_motion(together[b], run(Simulation(vacuum, {}, {free.bodies[b]}, {}))[0]);
   expect_same_motion(beside_pair[0], together[0]);
   EXPECT_FALSE(beside_pair[1].L == together[1].L);
+}
+
+// A step in which the joint works is taken again, shorter [D62], from all that was there before it:
+// water, the water that moves with the body, and the body are then as if it had been that short at
+// once.
+TEST(JointsInWater, AStepTakenAgainBeginsWhereItBegan) {
+  SimulationOptions o = unit_tank(16);
+  o.tolerance = 1e-10;
+  std::vector<ReducedBody> ball = {rigid_ball(0.14, 500.0, Vec3(.5, .5, .5))};
+  ball[0].P = body_mass(ball[0]) * Vec3(2.0, 0, 0);
+  const std::vector<Joint> hinge = {make_joint(ball, 0, -1, {Vec3(0, 0, 0.14)})};
+  const auto swinging = [&] { return Simulation(o, water_to(o.grid, 0.8), ball, {}, {}, hinge); };
+  Simulation halved = swinging(), short_at_once = swinging();
+  const StepReport again = halved.step(0.04), direct = short_at_once.step(again.dt);
+  ASSERT_GT(again.halvings, 1);
+  ASSERT_EQ(direct.halvings, 0);
+  // the solver's tolerance: measured 1e-11 and 1e-11
+  EXPECT_LT((halved.bodies()[0].P - short_at_once.bodies()[0].P).norm(),
+            1e-9 * short_at_once.bodies()[0].P.norm());
+  EXPECT_NEAR(again.water_kinetic, direct.water_kinetic, 1e-9 * direct.water_kinetic);
+  std::printf("measured: %d halvings, momentum %.1e off, energy of the water %.1e\n",
+              again.halvings,
+              (halved.bodies()[0].P - short_at_once.bodies()[0].P).norm() /
+                  short_at_once.bodies()[0].P.norm(),
+              again.water_kinetic / direct.water_kinetic - 1.0);
 }
 
 TEST(SlowJointsInWater, StayClosedForTenSeconds) {
