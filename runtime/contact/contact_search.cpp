@@ -237,6 +237,15 @@ Vec3 direction_of(int body) {
   return {rho * std::cos(golden * body), rho * std::sin(golden * body), z};
 }
 
+/// Whether sample s of p lies on q's surface and faces the way of it: thin bodies on one another
+/// face each other.
+bool on_same_surface(const DeformedBody& p, const DeformedBody& q, std::size_t s, double near) {
+  SolidPoint at;
+  const Vec3& x = p.samples()[s];
+  return q.least_gap(x) < near && q.locate(x, near, at) && std::abs(at.gap) < near &&
+         p.normal(static_cast<int>(s)).dot(at.normal) > kFacing;
+}
+
 /// Two bodies so far in one another that their surfaces do not say which way is out: each holds the
 /// other's centre, or their surfaces coincide.
 bool merged(const DeformedBody& p, const DeformedBody& q) {
@@ -247,9 +256,13 @@ bool merged(const DeformedBody& p, const DeformedBody& q) {
   SolidPoint in_p, in_q;
   if (p.locate(q.centre(), 0.0, in_p) && q.locate(p.centre(), 0.0, in_q)) return true;
   if ((p.centre() - q.centre()).norm() > kClose * reach) return false;
-  const auto along = std::count_if(p.samples().begin(), p.samples().end(),
-                                   [&](const Vec3& x) { return q.least_gap(x) < kAlong * reach; });
-  return static_cast<double>(along) > kMost * static_cast<double>(p.samples().size());
+  const std::size_t samples = p.samples().size();
+  std::size_t along = 0;
+  for (std::size_t s = 0; s < samples; ++s) {
+    along += on_same_surface(p, q, s, kAlong * reach);
+    if (along + (samples - s - 1) <= kMost * static_cast<double>(samples)) return false;
+  }
+  return true;
 }
 
 /// They are taken apart along the line of their centres, or, where these coincide, along a

@@ -216,5 +216,22 @@ TEST(Merged, CoincidentBodiesAreTakenApartAlongDirectionsOfTheirIndices) {
   EXPECT_GT((contacts[0].normal - contacts[1].normal).norm(), 0.1);
 }
 
+// Every sample of a plate is near the other one; it is on it all the same. (Strongly bent starfish that
+// fell on each other were thrown apart by their centres, 6 cells.)
+TEST(Merged, ThinBodiesOnEachOtherAreNot) {
+  constexpr double kThickness = 0.01, kOverlap = 1e-3;
+  const auto plate = rigid_surface_archetype(box_surface(Vec3(0.3, 0.3, kThickness), 2), 1000.0);
+  std::vector<ReducedBody> bodies(2, make_body(plate, 0));
+  bodies[1].position[2] = kThickness - kOverlap;
+  const auto shape = contact_shape(plate);
+  const std::vector<const ContactShape*> shapes(2, shape.get());
+  const auto contacts = find_contacts(bodies, shapes, Surroundings(), {1e-3, 1e-3}, {});
+  ASSERT_FALSE(contacts.empty());
+  for (const BodyContact& c : contacts) {
+    EXPECT_GE(c.sample, 0);
+    EXPECT_NEAR(c.gap, -kOverlap, 0.3 / 64);  // a cell of the distances; measured 2.7e-3
+  }
+}
+
 }  // namespace
 }  // namespace archetide
