@@ -70,23 +70,22 @@ double moment_in_cells(const Vec3& gravity, const Array3<double>& level,
 
 }  // namespace
 
-void add_water_statistics(const SimulationOptions& o, const Grid& g, const FluidState& fluid,
-                          const Array3<double>& held, const WaterMoment& inside,
+void add_water_statistics(const SimulationOptions& o, const WaterStep& water,
                           const Coupling& coupling, StepReport& r) {
+  const Grid& g = water.grid();
   const Motion& motion = coupling.motion_after();
-  r.water_volume = inside.volume;
   r.water_momentum = motion.P;
   r.water_angular_momentum = motion.L;
   r.water_kinetic = motion.kinetic;
   for (int a = 0; a < 3; ++a)
-    r.max_speed = std::max(r.max_speed, fastest(fluid.u[a], coupling.valid()[a]));
+    r.max_speed = std::max(r.max_speed, fastest(water.fluid().u[a], coupling.valid()[a]));
   const Array3<double>& solids = coupling.solids().cell;
   std::vector<double> off(g.nz, 0.0);
 #pragma omp parallel for schedule(static, 1)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
-      off[k] += moment_in_cells(o.gravity, fluid.phi, solids, held, j, k);
-  double moment = o.gravity.dot(inside.moment);
+      off[k] += moment_in_cells(o.gravity, water.fluid().phi, solids, water.held(), j, k);
+  double moment = o.gravity.dot(water_moment(g, water.contents()).moment);
   for (const double of_plane : off) moment += of_plane * g.dx * g.dx * g.dx * g.dx;
   r.potential -= o.water_density * moment;
 }

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "runtime/fluid/fluid_state.h"
 #include "runtime/options.h"
 #include "runtime/step_report.h"
+#include "runtime/water_step.h"
 
 namespace archetide {
 
@@ -19,11 +19,10 @@ struct WaterMoment {
 };
 WaterMoment water_moment(const Grid& grid, const Array3<double>& held);
 
-/// Momentum, energies and largest speed of the water, with its volume and moment `inside`, added to
-/// the report; grid: of its fields, held: dx^3.
-void add_water_statistics(const SimulationOptions& options, const Grid& grid,
-                          const FluidState& fluid, const Array3<double>& held,
-                          const WaterMoment& inside, const Coupling& coupling, StepReport& report);
+/// Momentum, energies and largest speed of the water, added to the report. Momenta and kinetic energy
+/// are those of what cells hold, potential energy that of all the water there is [D65].
+void add_water_statistics(const SimulationOptions& options, const WaterStep& water,
+                          const Coupling& coupling, StepReport& report);
 
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);

@@ -39,7 +39,8 @@ void add_water(const SimulationState& s, StepReport& r, BudgetKeeper::End& end) 
   const WaterStep& water = s.water;
   if (!water.present()) return;
   const WaterMoment inside = water_moment(water.grid(), water.held());
-  add_water_statistics(s.options, water.grid(), water.fluid(), water.held(), inside, s.coupling, r);
+  r.water_volume = inside.volume;
+  add_water_statistics(s.options, water, s.coupling, r);
   r.outflow_volume = water.outflow();
   r.volume_refitted = water.refitted();
   r.volume_residual = water.residual_volume();

@@ -169,11 +169,10 @@ class RandomScene {
   std::vector<SkinnedBodies> skins_;
 };
 
-// Known misses: no rise of the energy above 0.5 % is asked for. `most` is the largest that is
-// measured, `more` how many scenes have more than 0.5 %: sheets below a cell. Scenes in `missed` go
-// beyond these bounds and that of the speed: 4 of that which height and stream give.
-void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most,
-                const std::vector<unsigned>& missed = {}) {
+// Known misses: no rise of the energy above 0.5 % is asked for. `most` is for the largest that is
+// measured, `more` for how many scenes have more than 0.5 %: light bodies that leave the water, and
+// sheets below a cell.
+void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most) {
   constexpr double kMostSpeed = 4.0;
   int rising = 0;
   double kept = 0.0, rise = 0.0, speed = 0.0;
@@ -184,11 +183,6 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
     EXPECT_TRUE(o.finite) << seed;
     rising += o.energy_rise > 0.005;
     kept = std::max(kept, o.kept);
-    if (std::find(missed.begin(), missed.end(), seed) != missed.end()) {
-      expect_at_most("rise of the energy, known miss", o.energy_rise, 0.6);
-      expect_at_most("fastest water / sqrt(2 g H), known miss", o.speed, 10.0);
-      continue;
-    }
     rise = std::max(rise, o.energy_rise), speed = std::max(speed, o.speed);
   }
   expect_at_most("change of all water", kept, 1e-10);
@@ -197,16 +191,18 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
   expect_at_most("scenes whose energy rises by more than 0.5 %", rising, more);
 }
 
-// Measured: 3 scenes of 40, 1.38 %, 1.66.
-TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 5, 0.02); }
-// A stream strikes a light soft body at rest, at CFL 4 (it was thrown off: 20.5 for the speed [D58]).
-// Measured: speed 2.9, no rise.
+// No miss here. Measured: 0.19 %, 1.61 for the speed.
+TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 0, 0.005); }
+// Streams that strike light soft bodies at CFL 4. In 1092 the body was thrown off in the first step
+// (20.5 for the speed [D58]), in 1289 the energy rose by 815 % [D63]. Measured: 2.9, 3.0; no rise,
+// 0.15 %.
 TEST(RandomScenes, LightBodyInAStreamIsNotThrownOff) { run_scenes(1092, 1, 32, 0.1, 0, 0.005); }
-// A light soft body that a stream strikes at CFL 4 (its energy rose by 815 % [D63]), and sheets.
-const std::vector<unsigned> kMissed = {1289, 1584};
+TEST(RandomScenes, LightBodyInAStreamAtALongStep) { run_scenes(1289, 1, 32, 0.5, 0, 0.005); }
+// Measured: 1339 rises by 1.32 % (a light body that leaves the water at CFL 4), three others of 1000 to
+// 1599 by up to 0.9 %; fastest 3.2.
 class RandomScenesFrom : public testing::TestWithParam<unsigned> {};
-TEST_P(RandomScenesFrom, ObeyTheLaws) { run_scenes(GetParam(), 200, 32, 1.5, 36, 0.1, kMissed); }
-INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesFrom, testing::Values(1000, 1200, 1400),
+TEST_P(RandomScenesFrom, ObeyTheLaws) { run_scenes(GetParam(), 200, 32, 1.5, 4, 0.03); }
+INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesFrom, testing::Values(1000, 1200, 1400, 1600, 1800),
                          testing::PrintToStringParamName());
 
 }  // namespace
