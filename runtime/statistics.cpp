@@ -71,9 +71,10 @@ double moment_in_cells(const Vec3& gravity, const Array3<double>& level,
 }  // namespace
 
 void add_water_statistics(const SimulationOptions& o, const WaterStep& water,
-                          const Coupling& coupling, StepReport& r) {
+                          const WaterMoment& inside, const Coupling& coupling, StepReport& r) {
   const Grid& g = water.grid();
   const Motion& motion = coupling.motion_after();
+  r.water_volume = inside.volume;
   r.water_momentum = motion.P;
   r.water_angular_momentum = motion.L;
   r.water_kinetic = motion.kinetic;
@@ -85,7 +86,8 @@ void add_water_statistics(const SimulationOptions& o, const WaterStep& water,
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
       off[k] += moment_in_cells(o.gravity, water.fluid().phi, solids, water.held(), j, k);
-  double moment = o.gravity.dot(water_moment(g, water.contents()).moment);
+  const WaterMoment hidden = water_moment(g, water.residual());
+  double moment = o.gravity.dot(inside.moment + hidden.moment);
   for (const double of_plane : off) moment += of_plane * g.dx * g.dx * g.dx * g.dx;
   r.potential -= o.water_density * moment;
 }

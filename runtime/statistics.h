@@ -19,10 +19,11 @@ struct WaterMoment {
 };
 WaterMoment water_moment(const Grid& grid, const Array3<double>& held);
 
-/// Momentum, energies and largest speed of the water, added to the report. Momenta and kinetic energy
-/// are those of what cells hold, potential energy that of all the water there is [D65].
+/// Volume, momentum, energies and largest speed of the water, added to the report; `inside`: of what
+/// cells hold. Momenta and kinetic energy are those of what cells hold, potential energy that of all
+/// the water there is, with their residual [D65].
 void add_water_statistics(const SimulationOptions& options, const WaterStep& water,
-                          const Coupling& coupling, StepReport& report);
+                          const WaterMoment& inside, const Coupling& coupling, StepReport& report);
 
 /// Largest modal displacement of a surface vertex over the body's radius.
 double deformation(const ReducedBody& body);

@@ -39,8 +39,7 @@ void add_water(const SimulationState& s, StepReport& r, BudgetKeeper::End& end) 
   const WaterStep& water = s.water;
   if (!water.present()) return;
   const WaterMoment inside = water_moment(water.grid(), water.held());
-  r.water_volume = inside.volume;
-  add_water_statistics(s.options, water, s.coupling, r);
+  add_water_statistics(s.options, water, inside, s.coupling, r);
   r.outflow_volume = water.outflow();
   r.volume_refitted = water.refitted();
   r.volume_residual = water.residual_volume();

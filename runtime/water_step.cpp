@@ -241,14 +241,6 @@ SurfaceOptions WaterStep::surface_options() const {
   return s;
 }
 
-void WaterStep::sum_contents() {
-  copy_values(held_, contents_);
-  double* sum = contents_.data();
-  const double* more = residual_.data();
-#pragma omp parallel for simd schedule(static)
-  for (std::size_t n = 0; n < contents_.size(); ++n) sum[n] += more[n];
-}
-
 // Beyond an open side that the water covers whole there is as much of it as it takes; otherwise air.
 void WaterStep::find_air_beyond() {
   const Array3<double>& phi = fluid_.phi;
@@ -279,7 +271,6 @@ void WaterStep::prepare(const Coupling& coupling) {
   residual_.resize(g.nx, g.ny, g.nz, 0.0);
   measure_held(g, fluid_.phi, coupling.solids().cell, held_, residual_);
   residual_.fill(0.0);
-  sum_contents();
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
@@ -435,7 +426,6 @@ void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t s
   const Array3<double> before = particles ? fluid_.phi : Array3<double>();
   refitted_ += refit_.refit(g, solid, coupling.open(), fluid_.phi, held_, residual_);
   bring_to_surface(g, fluid_.phi, options_.gravity, solid, residual_);
-  sum_contents();
   if (particles) adjust_radii(g, fluid_.phi, before, fluid_.particles);
 }
 

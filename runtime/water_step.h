@@ -90,8 +90,8 @@ class WaterStep {
   double slowed_energy() const { return slowed_energy_; }
   /// What the surface shows in each cell, dx^3.
   const Array3<double>& held() const { return held_; }
-  /// What each cell should hold, its residual as well, dx^3.
-  const Array3<double>& contents() const { return contents_; }
+  /// What each cell should hold beyond that, dx^3.
+  const Array3<double>& residual() const { return residual_; }
   /// What narrow faces carry into the next solve beside u_half or u_star.
   const NarrowFlow& narrow_flow() const { return narrow_; }
 
@@ -124,7 +124,6 @@ class WaterStep {
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
   void find_air_beyond();
-  void sum_contents();
   /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
@@ -155,7 +154,6 @@ class WaterStep {
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,
                    // m/s, continued like the velocity
   Array3<double> held_, residual_;  // per cell, dx^3; see surface_refit.h
-  Array3<double> contents_;         // their sum
   SurfaceRefit refit_;
   std::vector<Landing> landings_;  // of this step
   std::vector<FaceFlow> hidden_;   // of the last solve that gave u_half

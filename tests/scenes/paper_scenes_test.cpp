@@ -99,7 +99,7 @@ TEST_P(PaperScenes, RunsCoarse) {
 
 // The ring of `tub` hits the water at 1.9 m/s and takes long steps in its splash. What it gave the
 // water is lost bit by bit, not won: of the largest kinetic and elastic energy no later gain is
-// more than 2 % (measured 0.6 %; air that closing gaps squeeze out once made it 25 times that energy
+// more than 0.1 % (measured none; air that closing gaps squeeze out once made it 25 times that energy
 // and 194 m/s), and no jet is five times as fast as the fall (measured 2.9 m/s).
 TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
   const CoarseScene scene({"tub", "torus", "[64,64,64]", "1/64", 1.0});
@@ -117,7 +117,7 @@ TEST(SlowSplash, OfTheTubsRingGainsNoEnergy) {
   const double speed = largest(stats.column("max_speed"));
   std::printf("measured: %zu steps, gain %.3f of %.3f J, fastest %.2f m/s\n", stats.rows(), gain,
               most, speed);
-  EXPECT_LE(gain, 0.02 * most);
+  EXPECT_LE(gain, 1e-3 * most);
   EXPECT_LE(speed, 9.0);
 }
 
