@@ -9,6 +9,7 @@
 #include "common/base/check.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/fluid/air_extension.h"
+#include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/extrapolation.h"
 #include "runtime/fluid/level_set.h"
 #include "runtime/fluid/markers.h"
@@ -244,18 +245,12 @@ SurfaceOptions WaterStep::surface_options() const {
 // Beyond an open side that the water covers whole there is as much of it as it takes; otherwise air.
 void WaterStep::find_air_beyond() {
   const Array3<double>& phi = fluid_.phi;
-  for (int side = 0; side < 6; ++side) {
-    if (!options_.open_side[side]) continue;
-    const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    if (side == kZMax && grid_.nz < options_.grid.nz) air_beyond_[side] = true;
-    Vec3i at;
-    at[axis] = side % 2 ? grid_.size(axis) - 1 : 0;
-    for (at[c] = 0; at[c] < grid_.size(c); ++at[c])
-      for (at[b] = 0; at[b] < grid_.size(b); ++at[b]) {
-        const std::size_t n = phi.index(at[0], at[1], at[2]);
+  for (int side = 0; side < 6; ++side)
+    if (options_.open_side[side])
+      for_cells_at_side(grid_, side, [&](Ijk c) {  // a ceiling that was lowered lies in the air
+        const std::size_t n = phi.index(c.i, c.j, c.k);
         if (phi[n] >= 0.0 && !solid_cells_[n]) air_beyond_[side] = true;
-      }
-  }
+      });
 }
 
 void WaterStep::prepare(const Coupling& coupling) {

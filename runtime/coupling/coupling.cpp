@@ -265,10 +265,10 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   measure_after(stage, dt, loads, coupled, u, held);
 
   const bool ends_step = stage == Stage::kVelocityFull;
-  solved_velocity_.resize(bodies.size());
+  if (ends_step) solved_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     end_body(b, bodies[b], coupled[b], results[b]);
-    solved_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
+    if (ends_step) solved_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
   }
   if (ends_step || !report.converged)
     divergence_ =

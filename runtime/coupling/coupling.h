@@ -232,7 +232,8 @@ class Coupling {
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];  // first guess of each stage
-  // Of that water: seen_velocity of its body at the end of the last step, and after the last solve.
+  // Of that water: seen_velocity of its body at the end of the last step, and after the last
+  // velocities stage.
   std::vector<VecX> carried_velocity_, solved_velocity_;
   double divergence_ = 0.0;
   Vec3i divergent_cell_ = Vec3i::Zero();

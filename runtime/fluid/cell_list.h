@@ -34,6 +34,16 @@ inline int cell_of(const Grid& g, const Vec3& x) {
   return i + g.nx * (j + g.ny * k);
 }
 
+/// f(cell) for the cells that lie at a side of the grid.
+template <class F>
+void for_cells_at_side(const Grid& g, int side, const F& f) {
+  const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+  Vec3i at;
+  at[axis] = side % 2 ? g.size(axis) - 1 : 0;
+  for (at[c] = 0; at[c] < g.size(c); ++at[c])
+    for (at[b] = 0; at[b] < g.size(b); ++at[b]) f(Ijk{at[0], at[1], at[2]});
+}
+
 /// Shorter lists are not worth waking the threads for.
 constexpr int kParallelFrom = 2048;
 

@@ -411,18 +411,14 @@ std::vector<int> fix_interface(const Array3<double>& phi, const Mask& solid, con
 // The same for water that stands at an open side: it ends there, or before.
 void fix_at_side(const Grid& g, const Array3<double>& phi, const Mask& solid, int side, Front& f,
                  std::vector<int>& cells) {
-  const int axis = side / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
-  Vec3i at;
-  at[axis] = side % 2 ? g.size(axis) - 1 : 0;
-  for (at[c] = 0; at[c] < g.size(c); ++at[c])
-    for (at[b] = 0; at[b] < g.size(b); ++at[b]) {
-      const auto n = static_cast<int>(phi.index(at[0], at[1], at[2]));
-      if (!wet(phi[n]) || inside(solid, n)) continue;
-      const auto m = static_cast<int>(f.index(at[0], at[1], at[2]));
-      const bool reached = f.marks[m] != Front::kUnreached;
-      f.reach(m, std::max(reached ? f.distance[m] : phi[n], -0.5 * g.dx));
-      if (!reached) cells.push_back(m);
-    }
+  for_cells_at_side(g, side, [&](Ijk c) {
+    const auto n = static_cast<int>(phi.index(c.i, c.j, c.k));
+    if (!wet(phi[n]) || inside(solid, n)) return;
+    const auto m = static_cast<int>(f.index(c.i, c.j, c.k));
+    const bool reached = f.marks[m] != Front::kUnreached;
+    f.reach(m, std::max(reached ? f.distance[m] : phi[n], -0.5 * g.dx));
+    if (!reached) cells.push_back(m);
+  });
 }
 
 }  // namespace

@@ -130,7 +130,8 @@ Keys fluid_keys() {
                     .type = kString,
                     .fallback = "\"closed\"",
                     .choices = {"closed", "open"},
-                    .meaning = "closed = free-slip wall, open = air"});
+                    .meaning = "closed = free-slip wall, open = air (water, if it covers the whole "
+                               "side at the start)"});
   }
   keys.push_back({.path = "fluid.drag",
                   .unit = "1/s",

@@ -189,15 +189,13 @@ TEST(JointsInWater, AStepTakenAgainBeginsWhereItBegan) {
   const StepReport again = halved.step(0.04), direct = short_at_once.step(again.dt);
   ASSERT_GT(again.halvings, 1);
   ASSERT_EQ(direct.halvings, 0);
-  // the solver's tolerance: measured 1e-11 and 1e-11
-  EXPECT_LT((halved.bodies()[0].P - short_at_once.bodies()[0].P).norm(),
-            1e-9 * short_at_once.bodies()[0].P.norm());
-  EXPECT_NEAR(again.water_kinetic, direct.water_kinetic, 1e-9 * direct.water_kinetic);
-  std::printf("measured: %d halvings, momentum %.1e off, energy of the water %.1e\n",
-              again.halvings,
-              (halved.bodies()[0].P - short_at_once.bodies()[0].P).norm() /
-                  short_at_once.bodies()[0].P.norm(),
-              again.water_kinetic / direct.water_kinetic - 1.0);
+  const Vec3 P = short_at_once.bodies()[0].P;
+  const double off = (halved.bodies()[0].P - P).norm() / P.norm(),
+               water = std::abs(again.water_kinetic / direct.water_kinetic - 1.0);
+  // the solver's tolerance: measured 4e-12 and 8e-12 (7.6e-5 and 1.5e-4 with the carried water of the
+  // attempt)
+  expect_at_most("momentum against the short step", off, 2e-11);
+  expect_at_most("energy of the water against it", water, 3e-11);
 }
 
 TEST(SlowJointsInWater, StayClosedForTenSeconds) {

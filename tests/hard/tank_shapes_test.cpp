@@ -11,7 +11,7 @@ namespace {
 // ---- Open sides --------------------------------------------------------------------------------
 
 // Blocks of water that hang from an open top and stand at an open side: they fall, and air follows
-// them. (Water came in instead: 5 % of the block's volume, and the energy with it.)
+// them. (Water came in instead: 4 % of the block's volume, and the energy with it.)
 TEST(OpenSides, AirFollowsWaterThatLeavesThem) {
   SimulationOptions o = unit_tank(24);
   o.open_side[kXMin] = o.open_side[kZMax] = true;
@@ -31,7 +31,7 @@ TEST(OpenSides, AirFollowsWaterThatLeavesThem) {
     });
     expect_at_most("change of all water", change / volume, 1e-12);
     expect_at_most("water that came in", inflow / volume, 1e-12);
-    expect_at_most("rise of the energy", rise / energy, 5e-3);
+    expect_at_most("rise of the energy", rise / energy, 9e-4);  // measured 0, 3.2e-4
   }
 }
 
