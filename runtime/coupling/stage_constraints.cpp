@@ -199,8 +199,10 @@ void StageConstraints::hold() {
   constexpr double kSticks = 1.0 - 1e-9;  // of Coulomb's bound
   for (VecX& f : given_) f.resize(0);
   std::vector<RowBlock> rows = joint_rows_;
+  pressed_.assign(system_.size(), false);
   for (std::size_t k = 0; k < system_.size(); ++k) {
     if (lambda_[k][0] <= 0.0) continue;
+    pressed_[k] = true;
     const ContactRows& c = system_.rows()[k];
     const double friction = c.friction.value_or(solve_.friction);
     const bool sticks = lambda_[k].tail<2>().norm() < kSticks * friction * lambda_[k][0];
@@ -277,12 +279,17 @@ void StageConstraints::settle(const std::vector<VecX>& y_free, std::vector<Coupl
   for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = on_body(b, of_joints[b]);
 }
 
-bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, double speed) const {
+bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, const Slack& slack) const {
   std::vector<VecX> y(coupled.size());
   for (std::size_t b = 0; b < coupled.size(); ++b) y[b] = coupled[b].y;
   y = at_rows(y);
-  for (std::size_t k = 0; k < system_.size(); ++k)
-    if ((system_.velocity(k, resolved_) - system_.velocity(k, y)).norm() > speed) return false;
+  for (std::size_t k = 0; k < system_.size(); ++k) {
+    const Vec3 found = system_.velocity(k, resolved_), solved = system_.velocity(k, y);
+    const double least = std::min(target_[static_cast<long>(k)], found[0]);
+    if (least - solved[0] > slack.approach) return false;
+    const bool pushes = pressed_[k] || lambda_[k][0] > 0.0;
+    if (pushes && (found - solved).norm() > slack.other) return false;
+  }
   return true;
 }
 
