@@ -53,7 +53,7 @@ FORCE:
 
 # ---- Programs -------------------------------------------------------------------------------------------------------
 
-ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev libcgal-dev libgmsh-dev \
+ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev libfmt-dev libcgal-dev libgmsh-dev \
   libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
   libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
 

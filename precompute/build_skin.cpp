@@ -1,5 +1,6 @@
 #include "precompute/build_skin.h"
 
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -121,9 +122,8 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
     const ScopedTimer timer(profile, "ladder");
     skin.ladder = surface_ladder(skin);
   }
-  log.say("skin: " + std::to_string(skin.surface.vertices.size()) + " vertices, " +
-          std::to_string(skin.parts.size()) + " parts, " + std::to_string(skin.joints.size()) +
-          " joints");
+  log.say(fmt::format("skin: {} vertices, {} parts, {} joints", skin.surface.vertices.size(),
+                      skin.parts.size(), skin.joints.size()));
   return skin;
 }
 

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <omp.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -208,7 +209,7 @@ void report(const CommandLine& c, Log& log) {
     throw InputError("there is nothing to report on: a skin has no tets and no modes",
                      "name the archetypes of its parts");
   write_archetype_report(c.output, bodies);
-  log.say(c.output + ": " + std::to_string(bodies.size()) + " archetypes");
+  log.say(fmt::format("{}: {} archetypes", c.output, bodies.size()));
 }
 
 void export_tets(const CommandLine& c, Log& log) {
@@ -222,7 +223,7 @@ void export_tets(const CommandLine& c, Log& log) {
   } else {
     write_vtu(c.output, a, c.mode, c.amplitude >= 0 ? c.amplitude : 0.1 * longest_side(a));
   }
-  log.say(c.output + ": " + std::to_string(a.tets.tets.size()) + " tets");
+  log.say(fmt::format("{}: {} tets", c.output, a.tets.tets.size()));
 }
 
 /// The mesh as a body file beside `output` names it.

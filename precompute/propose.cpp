@@ -1,5 +1,7 @@
 #include "precompute/propose.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -55,7 +57,7 @@ std::string two_digits(double x) {
   const int exponent = std::stoi(digits.substr(e + 1));
   digits.resize(e);
   if (digits.ends_with(".0")) digits.resize(digits.size() - 2);
-  return digits + "e" + std::to_string(exponent);
+  return fmt::format("{}e{}", digits, exponent);
 }
 
 ParamNode number(double x) {
@@ -109,15 +111,14 @@ std::string body_text(const ProposeRequest& request, const Draft& d) {
     text += commented(std::string("repair = \"") + name_of(d.repair) + "\"", d.defect);
   if (!is_tet_file(request.mesh))
     text += commented(
-        "tet = { mesher = \"cgal\", target = " + std::to_string(d.target / 1000) + "_000 }",
-        d.tets);
+        fmt::format("tet = {{ mesher = \"cgal\", target = {}_000 }}", d.target / 1000), d.tets);
   text += d.first_mode;
   text += "material = { " + setting("density", number(request.density)) +
           ", young = " + two_digits(d.young) + ", " + setting("poisson", number(kPoisson)) + " }\n";
   text += commented("damping = { alpha = 0.0, " + setting("beta", number(kBeta)) + " }", d.damping);
-  const std::string modes = "modes = { count = " + std::to_string(d.modes);
-  if (!d.slender) return text + modes + " }\n";
-  return text + commented(modes + ", residual = " + kSlenderResidual + " }",
+  if (!d.slender) return text + fmt::format("modes = {{ count = {} }}\n", d.modes);
+  return text + commented(fmt::format("modes = {{ count = {}, residual = {} }}", d.modes,
+                                      kSlenderResidual),
                           "slender: round-off keeps it above the usual 1e-8");
 }
 
@@ -277,8 +278,7 @@ std::string summary_of(const ProposeRequest& request, const Draft& draft, const 
   if (draft.repair != Repair::kNone)
     line(text, "repair", std::string(name_of(draft.repair)) + "; " + draft.defect);
   line(text, "tets",
-       std::to_string(a.tets.tets.size()) +
-           join(", smallest dihedral ", a.min_dihedral, " degrees"));
+       fmt::format("{}, smallest dihedral {} degrees", a.tets.tets.size(), join(a.min_dihedral)));
   line(text, "young", two_digits(f.young) + " Pa");
   line(text, "first mode", mode_text(f));
   line(text, "sag", join(100 * f.sag, " % of its size under its own weight"));
@@ -291,8 +291,8 @@ void add_comments(const ProposeRequest& request, const Archetype& a, const Figur
                   Draft& draft) {
   draft.above = join(size_text(f), ", ", f.volume, " m^3, ", f.mass, " kg. ");
   draft.scale = "mesh units to metres; with twice the scale, twice young";
-  draft.tets = std::to_string(a.tets.tets.size()) +
-               join(" tets, smallest dihedral ", a.min_dihedral, " degrees");
+  draft.tets = fmt::format("{} tets, smallest dihedral {} degrees", a.tets.tets.size(),
+                           join(a.min_dihedral));
   draft.first_mode = "# First mode " + mode_text(f) +
                      join("; sags by ", 100 * f.sag, " % of its size under its own weight.\n") +
                      "# " + kSofter + ".\n";

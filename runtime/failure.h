@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <optional>
 #include <string>
 
@@ -20,14 +22,12 @@ struct Culprit {
   std::string text() const {
     std::string out;
     const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
-    if (joint >= 0) add("joint " + std::to_string(joint));
-    if (body >= 0) add("body " + std::to_string(body));
-    if (other_body >= 0) add("body " + std::to_string(other_body));
+    if (joint >= 0) add(fmt::format("joint {}", joint));
+    if (body >= 0) add(fmt::format("body {}", body));
+    if (other_body >= 0) add(fmt::format("body {}", other_body));
     if (joint >= 0 && other_body < 0) add("the world");
-    if (mode >= 0) add("mode " + std::to_string(mode + 1));
-    if (cell)
-      add("cell [" + std::to_string((*cell)[0]) + ", " + std::to_string((*cell)[1]) + ", " +
-          std::to_string((*cell)[2]) + "]");
+    if (mode >= 0) add(fmt::format("mode {}", mode + 1));
+    if (cell) add(fmt::format("cell [{}, {}, {}]", (*cell)[0], (*cell)[1], (*cell)[2]));
     return out;
   }
 };
@@ -36,8 +36,8 @@ struct Culprit {
 struct SimulationFailure : NumericsError {
   SimulationFailure(const std::string& quantity_, const std::string& what, double time_,
                     Culprit culprit_)
-      : NumericsError(what + " at t = " + std::to_string(time_) + " s" +
-                      (culprit_.text().empty() ? "" : " (" + culprit_.text() + ")")),
+      : NumericsError(fmt::format("{} at t = {:f} s{}", what, time_,
+                                  culprit_.text().empty() ? "" : " (" + culprit_.text() + ")")),
         quantity(quantity_),
         time(time_),
         culprit(std::move(culprit_)) {}

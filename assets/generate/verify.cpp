@@ -1,5 +1,7 @@
 #include "assets/generate/verify.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -20,8 +22,8 @@ std::string edge_fault(const TriMesh& mesh) {
   for (const Vec3i& t : mesh.triangles)
     for (int c = 0; c < 3; ++c) ++count[{t[c], t[(c + 1) % 3]}];
   for (const auto& [edge, n] : count) {
-    const std::string name = std::to_string(edge.first) + "-" + std::to_string(edge.second);
-    if (n != 1) return "edge " + name + " is used " + std::to_string(n) + " times in one direction";
+    const std::string name = fmt::format("{}-{}", edge.first, edge.second);
+    if (n != 1) return fmt::format("edge {} is used {} times in one direction", name, n);
     if (!count.count({edge.second, edge.first})) return "edge " + name + " is open";
   }
   return "";
@@ -38,10 +40,10 @@ std::string vertex_fault(const TriMesh& mesh) {
       ++degree[t[c]];
     }
   for (int v = 0; v < int(mesh.vertices.size()); ++v) {
-    if (degree[v] == 0) return "vertex " + std::to_string(v) + " is unused";
+    if (degree[v] == 0) return fmt::format("vertex {} is unused", v);
     int walked = 1;
     for (int n = next.at({v, start[v]}); n != start[v]; n = next.at({v, n})) ++walked;
-    if (walked != degree[v]) return "vertex " + std::to_string(v) + " is not manifold";
+    if (walked != degree[v]) return fmt::format("vertex {} is not manifold", v);
   }
   return "";
 }
@@ -79,7 +81,7 @@ std::string surface_fault(const TriMesh& mesh) {
   if (mesh.triangles.empty()) return "no triangle";
   if (const std::string fault = edge_fault(mesh); !fault.empty()) return fault;
   if (const std::string fault = vertex_fault(mesh); !fault.empty()) return fault;
-  if (const int n = components(mesh); n != 1) return std::to_string(n) + " components";
+  if (const int n = components(mesh); n != 1) return fmt::format("{} components", n);
   if (enclosed_volume(mesh) <= 0.0) return "the surface is inside out";
   if (smallest_angle(mesh) < kSmallestAngle) return "a triangle has an angle below 15 degrees";
   return "";

@@ -1,5 +1,7 @@
 #include "common/archetype/archetype.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -168,9 +170,8 @@ void demand_our_format(const Hdf5Reader& file) {
   }
   const int version = file.int_attribute("format_version");
   if (version != Archetype::kFormatVersion && version != Archetype::kNonlinearFormatVersion) {
-    file.fail("format version " + std::to_string(version) + ", this program reads versions " +
-              std::to_string(Archetype::kFormatVersion) + " and " +
-              std::to_string(Archetype::kNonlinearFormatVersion));
+    file.fail(fmt::format("format version {}, this program reads versions {} and {}", version,
+                          Archetype::kFormatVersion, Archetype::kNonlinearFormatVersion));
   }
 }
 
@@ -183,9 +184,8 @@ void demand_hash(const Hdf5Reader& file, const char* attribute, const std::strin
 
 ElasticCubature read_elastic(const Hdf5Reader& file) {
   if (file.int_attribute("elastic_version") != ElasticCubature::kVersion)
-    file.fail("an elastic energy of version " +
-              std::to_string(file.int_attribute("elastic_version")) +
-              ", this program reads version " + std::to_string(ElasticCubature::kVersion));
+    file.fail(fmt::format("an elastic energy of version {}, this program reads version {}",
+                          file.int_attribute("elastic_version"), ElasticCubature::kVersion));
   MatX gradients;
   VecX weights, lambda, mu;
   ArchetypeReader elastic{{file, "elastic"}};
@@ -208,8 +208,7 @@ void demand_field(bool holds, const std::string& field, const std::string& rule)
 template <class T>
 void demand_size(const T& list, Eigen::Index size, const char* field) {
   const auto found = static_cast<Eigen::Index>(list.size());
-  demand_field(found == size, field,
-               "size " + std::to_string(found) + ", expected " + std::to_string(size));
+  demand_field(found == size, field, fmt::format("size {}, expected {}", found, size));
 }
 
 void demand_finite(double x, const char* field) {
@@ -235,8 +234,7 @@ void demand_indices(const std::vector<Corners>& cells, std::size_t count, const 
 
 void demand_shape(const MatX& m, Eigen::Index rows, Eigen::Index cols, const char* field) {
   demand_field(m.rows() == rows && m.cols() == cols, field,
-               "shape " + std::to_string(m.rows()) + " x " + std::to_string(m.cols()) +
-                   ", expected " + std::to_string(rows) + " x " + std::to_string(cols));
+               fmt::format("shape {} x {}, expected {} x {}", m.rows(), m.cols(), rows, cols));
   demand_finite(m, field);
 }
 
@@ -430,8 +428,8 @@ void read_matrices(const Hdf5Reader& file, TetMatrices& matrices) {
   if (!file.has_attribute("matrices_version")) return;
   const int version = file.int_attribute("matrices_version");
   if (version != Archetype::kMatricesVersion)
-    file.fail("matrices of version " + std::to_string(version) + ", this program reads version " +
-              std::to_string(Archetype::kMatricesVersion));
+    file.fail(fmt::format("matrices of version {}, this program reads version {}", version,
+                          Archetype::kMatricesVersion));
   ArchetypeReader io{{file, "matrices"}};
   matrix_fields(io, matrices);
   demand_hash(file, "matrices_hash", io.hash.hex());

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <string>
 #include <vector>
 
@@ -10,7 +12,7 @@
 
 namespace archetide::fields {
 
-inline std::string ladder_group(std::size_t rung) { return "ladder/" + std::to_string(rung + 1); }
+inline std::string ladder_group(std::size_t rung) { return fmt::format("ladder/{}", rung + 1); }
 
 /// Groups ladder/1, ladder/2, .. with rung_fields(io, rung). Returns the hash of all, also an
 /// attribute of the file; empty where there are no rungs.
@@ -39,8 +41,8 @@ std::string read_ladder(const Hdf5Reader& file, std::vector<Rung>& ladder,
   const int version = file.int_attribute("ladder_version"),
             rungs = file.int_attribute("ladder_rungs");
   if (version != SurfaceRung::kVersion)
-    file.fail("a ladder of surfaces of version " + std::to_string(version) +
-              ", this program reads version " + std::to_string(SurfaceRung::kVersion));
+    file.fail(fmt::format("a ladder of surfaces of version {}, this program reads version {}",
+                          version, SurfaceRung::kVersion));
   std::string hashes;
   for (int n = 0; n < rungs; ++n) {
     FieldReader io{file, ladder_group(static_cast<std::size_t>(n))};

@@ -1,5 +1,7 @@
 #include "common/archetype/skin.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "common/archetype/field_io.h"
@@ -167,8 +169,8 @@ Skin read_skin(const std::string& path) {
     throw FileError(path + ": not a skin; a body belongs in a [[body]] of a scene");
   const int version = file.int_attribute("format_version");
   if (version != Skin::kFormatVersion)
-    file.fail("format version " + std::to_string(version) + ", this program reads version " +
-              std::to_string(Skin::kFormatVersion));
+    file.fail(fmt::format("format version {}, this program reads version {}", version,
+                          Skin::kFormatVersion));
   Skin skin;
   std::string parts;
   FlatJoints joints;

@@ -1,5 +1,7 @@
 #include "common/base/input_error.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -11,7 +13,7 @@ std::string list_text(const std::vector<Diagnostic>& list) {
   std::string text;
   for (std::size_t n = 0; n < printed; ++n) text += (n ? "\n" : "") + list[n].text();
   if (printed < list.size()) {
-    text += "\n(and " + std::to_string(list.size() - printed) + " more errors)";
+    text += fmt::format("\n(and {} more errors)", list.size() - printed);
   }
   return text;
 }
@@ -37,8 +39,8 @@ int edit_distance(const std::string& a, const std::string& b) {
 std::string Diagnostic::text() const {
   std::string text;
   if (!where.file.empty()) text += where.file + ":";
-  if (where.line > 0) text += std::to_string(where.line) + ":";
-  if (where.line > 0 && where.column > 0) text += std::to_string(where.column) + ":";
+  if (where.line > 0) text += fmt::format("{}:", where.line);
+  if (where.line > 0 && where.column > 0) text += fmt::format("{}:", where.column);
   if (!text.empty()) text += " ";
   text += "error: " + what;
   if (!hint.empty()) text += "\n  " + hint;

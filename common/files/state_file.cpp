@@ -1,5 +1,7 @@
 #include "common/files/state_file.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <cstring>
 
@@ -79,8 +81,7 @@ StateReader::StateReader(const std::string& path, const std::string& format, int
     file_.fail("not a file of this kind (" + format + ")");
   const int found = file_.int_attribute("format_version");
   if (found != version)
-    file_.fail("format version " + std::to_string(found) + ", this program reads version " +
-               std::to_string(version));
+    file_.fail(fmt::format("format version {}, this program reads version {}", found, version));
 }
 
 void StateReader::store(const std::string&, DataArray) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -126,8 +128,7 @@ void StateArchive::block(const std::string& name, T* data, const Shape& shape) {
   for (const std::size_t n : shape) count *= n;
   read_items<T>(name, 1, [&](std::size_t found) {
     if (found != count)
-      fail("field " + name + " has " + std::to_string(found) + " numbers, this scene " +
-           std::to_string(count));
+      fail(fmt::format("field {} has {} numbers, this scene {}", name, found, count));
     return data;
   });
 }

@@ -1,5 +1,7 @@
 #include "common/files/surface_io.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -41,9 +43,8 @@ void check_indices(const SurfaceFile& file) {
     for (const int v : file.mesh.triangles[t]) {
       if (v >= 0 && v < n) continue;
       refuse(file.path, 0,
-             "face " + std::to_string(file.face_numbers[t]) + " names vertex " +
-                 std::to_string(static_cast<std::int64_t>(v) + 1) +
-                 " (counted from 1), but the file has " + std::to_string(n) + " vertices");
+             fmt::format("face {} names vertex {} (counted from 1), but the file has {} vertices",
+                         file.face_numbers[t], static_cast<std::int64_t>(v) + 1, n));
     }
   }
 }

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -167,8 +169,7 @@ void read_element(Values& values, const Element& element, SurfaceFile& out) {
   if (element.properties.empty()) return;  // takes no bytes, however many there are
   std::vector<int> corners;
   for (int i = 0; i < element.count; ++i) {
-    const std::string what =
-        element.name + " " + std::to_string(i + 1) + " of " + std::to_string(element.count);
+    const std::string what = fmt::format("{} {} of {}", element.name, i + 1, element.count);
     Vec3 x = Vec3::Zero();
     for (const Property& property : element.properties) {
       const int length =
@@ -182,7 +183,7 @@ void read_element(Values& values, const Element& element, SurfaceFile& out) {
           x[axis] = value;
       }
       if (element.name == "face" && is_corner_list(property)) {
-        if (length < 3) refuse(out.path, 0, what + " has " + std::to_string(length) + " corners");
+        if (length < 3) refuse(out.path, 0, fmt::format("{} has {} corners", what, length));
         add_face(out, corners, i + 1);
       }
     }

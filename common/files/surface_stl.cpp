@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -44,8 +46,7 @@ void read_text(std::string_view bytes, SurfaceFile& out) {
       ++corners;
     } else if (keyword == "endfacet") {
       if (corners != 3) {
-        refuse(out.path, scan.line(),
-               "a facet with " + std::to_string(corners) + " corners instead of 3");
+        refuse(out.path, scan.line(), fmt::format("a facet with {} corners instead of 3", corners));
       }
       add_triangle(out);
       corners = 0;
@@ -63,9 +64,9 @@ void read_stl(std::string_view bytes, SurfaceFile& out) {
   const bool has_zeros = bytes.substr(0, 1000).find('\0') != std::string_view::npos;
   if (bytes.starts_with("solid") && !has_zeros) return read_text(bytes, out);
   refuse(out.path, 0,
-         "neither an ASCII STL file nor a whole binary one: its header announces " +
-             std::to_string(triangle_count(bytes)) + " triangles (" + std::to_string(expected) +
-             " bytes), but it has " + std::to_string(bytes.size()) + " bytes",
+         fmt::format("neither an ASCII STL file nor a whole binary one: its header announces {} "
+                     "triangles ({} bytes), but it has {} bytes",
+                     triangle_count(bytes), expected, bytes.size()),
          "the file is truncated or of another kind; export it again");
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <string>
 
 #include "common/files/surface_formats.h"
@@ -16,7 +18,7 @@ int obj_corner(std::string_view word, int vertices, const std::string& path, int
 }
 
 void demand_corners(std::size_t corners, const std::string& path, int line) {
-  if (corners < 3) refuse(path, line, "a face with " + std::to_string(corners) + " corners");
+  if (corners < 3) refuse(path, line, fmt::format("a face with {} corners", corners));
 }
 
 /// Goes to the next line with something on it.
@@ -61,13 +63,12 @@ void read_off(std::string_view bytes, SurfaceFile& out) {
   const int vertices = scan_integer(scan, out.path, "number of vertices");
   const int faces = scan_integer(scan, out.path, "number of faces");
   for (int v = 0; v < vertices; ++v) {
-    demand_line(scan, out.path,
-                "vertex " + std::to_string(v + 1) + " of " + std::to_string(vertices));
+    demand_line(scan, out.path, fmt::format("vertex {} of {}", v + 1, vertices));
     out.mesh.vertices.push_back(scan_point(scan, out.path));
   }
   std::vector<int> corners;
   for (int f = 0; f < faces; ++f) {
-    demand_line(scan, out.path, "face " + std::to_string(f + 1) + " of " + std::to_string(faces));
+    demand_line(scan, out.path, fmt::format("face {} of {}", f + 1, faces));
     const int count = scan_integer(scan, out.path, "number of corners");
     corners.clear();
     for (int i = 0; i < count; ++i) corners.push_back(scan_integer(scan, out.path, "face corner"));

@@ -1,5 +1,6 @@
 #include "common/params/cli.h"
 
+#include <fmt/core.h>
 #include <omp.h>
 
 #include <algorithm>
@@ -78,7 +79,7 @@ std::string exit_code_help() {
 void apply_common_options(const CommonOptions& options) {
   if (options.quiet && options.verbose) throw InputError("-q and -v exclude each other");
   if (options.threads < 0 || options.threads > 1024) {
-    throw InputError("--threads " + std::to_string(options.threads) + " is out of range",
+    throw InputError(fmt::format("--threads {} is out of range", options.threads),
                      "expected 1 to 1024");
   }
   set_log_level(options.quiet     ? LogLevel::kQuiet

@@ -1,5 +1,7 @@
 #include "common/params/param_tree.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <optional>
 #include <sstream>
@@ -89,9 +91,8 @@ void assign(ParamNode& table, const std::vector<PathStep>& steps, std::size_t at
   if (step.index) {
     const std::size_t size = child.kind == ParamNode::Kind::kArray ? child.items.size() : 0;
     if (*step.index >= size) {
-      throw InputError(
-          {{value.where, "there is no " + step.name + "[" + std::to_string(*step.index) + "]",
-            "the list has " + std::to_string(size) + " entries, counted from 0"}});
+      throw InputError({{value.where, fmt::format("there is no {}[{}]", step.name, *step.index),
+                         fmt::format("the list has {} entries, counted from 0", size)}});
     }
     ParamNode& item = child.items[*step.index];
     return last ? void(item = value) : assign(item, steps, at + 1, value);

@@ -1,5 +1,7 @@
 #include "common/params/params.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <set>
 
@@ -23,7 +25,7 @@ void check_schema_key(const ParamNode& root, std::vector<Diagnostic>& found) {
   const ParamNode* version = root.find("schema");
   if (!version) return;
   if (version->kind == ParamNode::Kind::kInteger && version->integer != 1) {
-    found.push_back({version->where, "schema " + std::to_string(version->integer) + " is not known",
+    found.push_back({version->where, fmt::format("schema {} is not known", version->integer),
                      "this program reads schema = 1"});
   } else if (root.entries.front().first != "schema") {
     found.push_back({version->key_where, "schema = 1 must be the first key of the file", ""});
@@ -35,13 +37,13 @@ void collect_unread(const ParamNode& table, const std::string& path,
   for (const auto& [name, value] : table.entries) {
     const std::string shown = join(path, name);
     if (!read.contains(&value)) {
-      out.push_back(value.key_where.file + ":" + std::to_string(value.key_where.line) + ":" +
-                    std::to_string(value.key_where.column) + ": " + shown);
+      out.push_back(fmt::format("{}:{}:{}: {}", value.key_where.file, value.key_where.line,
+                                value.key_where.column, shown));
     } else if (value.kind == ParamNode::Kind::kTable) {
       collect_unread(value, shown, read, out);
     } else if (value.is_table_list()) {
       for (std::size_t n = 0; n < value.items.size(); ++n) {
-        collect_unread(value.items[n], shown + "[" + std::to_string(n) + "]", read, out);
+        collect_unread(value.items[n], fmt::format("{}[{}]", shown, n), read, out);
       }
     }
   }
@@ -205,7 +207,7 @@ std::vector<Section> Section::sections(const std::string& path) const {
     Section child = *this;
     child.node_ = &list->items[n];
     child.path_ = list_path;
-    child.shown_ = shown(path) + "[" + std::to_string(n) + "]";
+    child.shown_ = fmt::format("{}[{}]", shown(path), n);
     child.where_ = child.node_->where;
     out.push_back(child);
   }

@@ -1,5 +1,7 @@
 #include "common/params/schema.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -48,7 +50,7 @@ std::string describe(const ParamNode& value) {
     case Kind::kDate:
       return "a date or time";
     case Kind::kArray:
-      return "a list of " + std::to_string(value.items.size());
+      return fmt::format("a list of {}", value.items.size());
     case Kind::kTable:
       break;
   }
@@ -185,7 +187,7 @@ class Checker {
     if (key->type == KeyType::kTable) check_table(value, key->path, entry);
     if (key->type != KeyType::kTables) return;
     for (std::size_t n = 0; n < value.items.size(); ++n) {
-      check_table(value.items[n], key->path, entry + "[" + std::to_string(n) + "]");
+      check_table(value.items[n], key->path, fmt::format("{}[{}]", entry, n));
     }
   }
 

@@ -1,5 +1,6 @@
 #include "precompute/base/child_process.h"
 
+#include <fmt/core.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -175,12 +176,11 @@ std::string in_child_process(const std::string& name, double& cpu_seconds,
   const bool stopped = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
   const rlim_t allowed = whole_seconds(cpu_seconds);
   cpu_seconds -= seconds(use.ru_utime) + seconds(use.ru_stime);
-  if (stopped)
-    throw OutOfTime(name + " was stopped after " + std::to_string(allowed) + " CPU seconds");
+  if (stopped) throw OutOfTime(fmt::format("{} was stopped after {} CPU seconds", name, allowed));
   if (WIFSIGNALED(status) || answer.empty())
-    throw NumericsError(name + " crashed" +
-                        (WIFSIGNALED(status) ? " (signal " + std::to_string(WTERMSIG(status)) + ")"
-                                             : std::string()));
+    throw NumericsError(
+        name + " crashed" +
+        (WIFSIGNALED(status) ? fmt::format(" (signal {})", WTERMSIG(status)) : std::string()));
   return result_of(std::move(answer));
 }
 

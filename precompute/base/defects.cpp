@@ -1,5 +1,7 @@
 #include "precompute/base/defects.h"
 
+#include <fmt/core.h>
+
 #include <sstream>
 #include <unordered_map>
 
@@ -29,11 +31,11 @@ TriMesh part_of(const TriMesh& mesh, const std::vector<int>& triangles) {
 }
 
 void write_ply(const std::string& path, const TriMesh& mesh) {
-  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                      std::to_string(mesh.vertices.size()) +
-                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
-                      std::to_string(mesh.triangles.size()) +
-                      "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n"
+      "property double y\nproperty double z\nelement face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      mesh.vertices.size(), mesh.triangles.size());
   for (const Vec3& x : mesh.vertices) {
     for (const double coordinate : x) append(bytes, coordinate);
   }
@@ -52,7 +54,7 @@ std::string place(const Vec3& x) {
 }
 
 std::string counted(std::size_t n, const std::string& one, const std::string& many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
+  return fmt::format("{} {}", n, n == 1 ? one : many);
 }
 
 }  // namespace archetide

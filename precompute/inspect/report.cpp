@@ -1,5 +1,7 @@
 #include "precompute/inspect/report.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -80,10 +82,9 @@ std::string facts(const Subject& s) {
   return "<table class=\"facts\">" + line("file", s.path) +
          line("made by", a.generator + ", " + a.blas) +
          line("mesh", a.mesh_file + ", mesher " + a.mesher + ", " + a.mass_kind + " mass") +
-         line("tets", std::to_string(a.tets.tets.size()) + " with " +
-                          std::to_string(a.tets.nodes.size()) + " nodes; surface of " +
-                          std::to_string(a.surface.vertices.size()) + " vertices, " +
-                          std::to_string(a.surface.triangles.size()) + " triangles") +
+         line("tets", fmt::format("{} with {} nodes; surface of {} vertices, {} triangles",
+                                  a.tets.tets.size(), a.tets.nodes.size(),
+                                  a.surface.vertices.size(), a.surface.triangles.size())) +
          line("material", number(a.density) + " kg/m^3, Young " + number(a.young) +
                               " Pa, Poisson " + number(a.poisson) + ", damping " + number(a.alpha) +
                               " 1/s, " + number(a.beta) + " s") +
@@ -113,8 +114,7 @@ std::string mass_properties(const Subject& s) {
                      line("volume, m^3", a.volume, solid.mass / a.density, volume) +
                      line("mass, kg", a.integrals.mass, solid.mass, a.density * volume);
   for (int i = 0; i < 3; ++i)
-    html +=
-        line("principal moment " + std::to_string(i + 1) + ", kg m^2", tets[i], exact[i], in[i]);
+    html += line(fmt::format("principal moment {}, kg m^2", i + 1), tets[i], exact[i], in[i]);
   std::vector<std::string> cells = {"centre, m", triple(a.centre), triple(a.centre + solid.centre),
                                     number(solid.centre.norm() / size, "%.2g of the size")};
   if (input)
@@ -205,8 +205,8 @@ std::string picture(const Archetype& a, int k) {
              draw_surface(shape, moved, a.surface.vertices, 0.5 * largest, kWidth, kHeight))) +
          "\"/><figcaption>" +
          (k < 0 ? "at rest"
-                : (a.is_static[k] ? "static vector " : "mode ") + std::to_string(k + 1) + ", " +
-                      number(frequencies_hz(a)[k], "%.4g") + " Hz") +
+                : fmt::format("{}{}, {} Hz", a.is_static[k] ? "static vector " : "mode ", k + 1,
+                              number(frequencies_hz(a)[k], "%.4g"))) +
          "</figcaption></figure>\n";
 }
 

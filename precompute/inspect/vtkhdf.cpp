@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cstring>
 
 #include "common/files/hdf5_file.h"
@@ -58,7 +60,7 @@ void write_vtkhdf(const std::string& path, const Archetype& a) {
     file.write("modes", packed(Type::kFloat64, {r, n, 3}, a.node_modes.data(), 3 * n * r), "m",
                "r x n x 3");
     for (std::size_t k = 0; k < r; ++k)
-      file.view("VTKHDF/PointData/mode_" + std::to_string(k + 1), "/modes", {r, n, 3}, k);
+      file.view(fmt::format("VTKHDF/PointData/mode_{}", k + 1), "/modes", {r, n, 3}, k);
   }
   file.commit();
 }

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -62,7 +64,7 @@ VecX displacement(const Archetype& a, int mode, double amplitude) {
 void demand_mode(const Archetype& a, int mode) {
   if (mode >= 0 && mode <= a.r()) return;
   throw InputError(
-      "--mode " + std::to_string(mode) + ": this archetype has " + std::to_string(a.r()) + " modes",
+      fmt::format("--mode {}: this archetype has {} modes", mode, a.r()),
       "count modes from 1; leave --mode out for the rest shape with all modes as fields");
 }
 
@@ -79,7 +81,7 @@ void write_vtu(const std::string& path, const Archetype& a, int mode, double amp
   std::string fields;
   if (mode == 0) {
     for (int k = 0; k < a.r(); ++k) {
-      fields += vectors("mode_" + std::to_string(k + 1), a.node_modes.col(k), data);
+      fields += vectors(fmt::format("mode_{}", k + 1), a.node_modes.col(k), data);
     }
   } else {
     const VecX u = displacement(a, mode, amplitude);

@@ -1,5 +1,7 @@
 #include "precompute/intake/intake.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -57,7 +59,7 @@ struct Findings {
   throw SurfaceDefects({{{c.path, 0, 0}, what, hint}}, c.mesh);
 }
 
-std::string face(const Candidate& c, int t) { return "face " + std::to_string(c.face_numbers[t]); }
+std::string face(const Candidate& c, int t) { return fmt::format("face {}", c.face_numbers[t]); }
 
 Vec3 middle(const TriMesh& mesh, int t) {
   const Vec3i& corners = mesh.triangles[t];
@@ -76,9 +78,7 @@ void demand_finite(const SurfaceFile& file) {
   Findings found{c, {}, {}};
   found.add(
       bad, counted(bad.size(), "vertex", "vertices") + " with a coordinate that is not a number",
-      [&](int v) {
-        return "vertex " + std::to_string(v + 1) + " at " + place(file.mesh.vertices[v]);
-      },
+      [&](int v) { return fmt::format("vertex {} at {}", v + 1, place(file.mesh.vertices[v])); },
       "export the mesh again; NaN or infinity cannot be placed");
   throw InputError(found.list);
 }
@@ -179,9 +179,9 @@ void orient(Candidate& c, const std::vector<SurfaceEdge>& edges, IntakeReport& r
 /// "shell 2 of 12 triangles from face 13 at (3, 0, 0)"
 std::string shell_text(const Candidate& c, const Nesting& n, int s) {
   const auto first = std::find(n.shell.begin(), n.shell.end(), s) - n.shell.begin();
-  return "shell " + std::to_string(s + 1) + " of " +
-         counted(n.parts[s].triangles.size(), "triangle", "triangles") + " from " +
-         face(c, static_cast<int>(first)) + " at " + place(n.parts[s].vertices[0]);
+  return fmt::format("shell {} of {} from {} at {}", s + 1,
+                     counted(n.parts[s].triangles.size(), "triangle", "triangles"),
+                     face(c, static_cast<int>(first)), place(n.parts[s].vertices[0]));
 }
 
 void demand_volume(const Candidate& c, const Nesting& n) {
@@ -221,10 +221,9 @@ void demand_few_neighbours(const Candidate& c) {
             [&](int s, int t) { return crowded.neighbours[s] > crowded.neighbours[t]; });
   found.add(
       worst,
-      "more than " + std::to_string(crowded.pairs - 1) +
-          " pairs of faces may intersect, too many to check; " +
-          counted(worst.size(), "face is", "faces are") + " next to more than " +
-          std::to_string(kCrowded) + " others",
+      fmt::format("more than {} pairs of faces may intersect, too many to check; {} next to more "
+                  "than {} others",
+                  crowded.pairs - 1, counted(worst.size(), "face is", "faces are"), kCrowded),
       [&](int t) { return face(c, t) + " at " + place(middle(c.mesh, t)); },
       "long needles or many copies on top of each other: remesh it in the modelling program, or "
       "set repair = \"wrap\"");
@@ -270,7 +269,7 @@ void demand_one_solid(const Candidate& c, const Nesting& n) {
   Findings found{c, {}, {}};
   const auto describe = [&](int s) {
     return shell_text(c, n, s) +
-           (n.parent[s] < 0 ? "" : " inside shell " + std::to_string(n.parent[s] + 1));
+           (n.parent[s] < 0 ? "" : fmt::format(" inside shell {}", n.parent[s] + 1));
   };
   const auto show = [&](const std::vector<int>& list) {
     for (int t = 0; t < static_cast<int>(n.shell.size()); ++t) {
@@ -279,7 +278,7 @@ void demand_one_solid(const Candidate& c, const Nesting& n) {
   };
   if (outer.size() > 1) {
     show(outer);
-    found.add(outer, std::to_string(outer.size()) + " separate shells", describe,
+    found.add(outer, fmt::format("{} separate shells", outer.size()), describe,
               "a body is one connected solid: join the parts, or give each its own body file (or "
               "set repair = \"wrap\" with a wrap.alpha above half the gap)");
   }

@@ -1,5 +1,7 @@
 // Gmsh's own format, read by ourselves: the library runs what it finds in some files.
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -94,15 +96,14 @@ class Source {
   }
   int int32() {
     const std::int64_t value = whole(4);
-    if (value != static_cast<int>(value)) refuse("a number is too large: " + std::to_string(value));
+    if (value != static_cast<int>(value)) refuse(fmt::format("a number is too large: {}", value));
     return static_cast<int>(value);
   }
   /// How many of something follow: each takes a byte at least.
   std::int64_t count(std::size_t bytes) {
     const std::int64_t value = whole(bytes);
     if (value < 0 || static_cast<std::uint64_t>(value) > rest_.size())
-      refuse("truncated: the file announces " + std::to_string(value) +
-             " numbers that are not there");
+      refuse(fmt::format("truncated: the file announces {} numbers that are not there", value));
     return value;
   }
   double real() {
@@ -310,7 +311,7 @@ class MshReader {
     const auto* type = std::find_if(kTypes.begin(), kTypes.end(),
                                     [&](const ElementType& t) { return t.number == kind; });
     if (type == kTypes.end())
-      in_.refuse("elements of type number " + std::to_string(kind) + " are not supported",
+      in_.refuse(fmt::format("elements of type number {} are not supported", kind),
                  "export linear tetrahedra");
     if (type->dimension == kVolume && kind != kLinearTet)
       in_.refuse("elements of type " + std::string(type->name) + " are not supported",

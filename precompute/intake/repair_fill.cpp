@@ -1,5 +1,6 @@
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <fmt/core.h>
 
 #include "common/base/input_error.h"
 #include "precompute/intake/cgal_surface.h"
@@ -25,7 +26,7 @@ void fill_hole(SurfaceMesh& mesh, SurfaceMesh::Halfedge_index border) {
     pmp::triangulate_hole(mesh, border, std::back_inserter(faces));
   }
   if (faces.empty()) {
-    throw InputError("a hole of " + std::to_string(length) + " edges could not be filled",
+    throw InputError(fmt::format("a hole of {} edges could not be filled", length),
                      "set repair = \"wrap\"");
   }
 }

@@ -1,5 +1,7 @@
 #include "precompute/intake/tet_io.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -59,8 +61,8 @@ TetMesh parse_tets(const std::string& path, std::string_view bytes, double scale
     found->second = static_cast<int>(mesh.nodes.size());
     mesh.nodes.push_back(scale * Vec3(file.coordinates.data() + 3 * i));
     if (!mesh.nodes.back().allFinite()) {
-      throw refusal(
-          path, "node " + std::to_string(file.tags[i]) + " has a coordinate that is not a number");
+      throw refusal(path,
+                    fmt::format("node {} has a coordinate that is not a number", file.tags[i]));
     }
   }
   for (std::size_t i = 0; i + 3 < file.corners.size(); i += 4) {
@@ -68,7 +70,7 @@ TetMesh parse_tets(const std::string& path, std::string_view bytes, double scale
     for (int k = 0; k < 4; ++k) mesh.tets.back()[k] = number[file.corners[i + k]];
     for (const int node : mesh.tets.back()) {
       if (node < 0)
-        throw refusal(path, "tet " + std::to_string(i / 4 + 1) + " names a node that is not there");
+        throw refusal(path, fmt::format("tet {} names a node that is not there", i / 4 + 1));
     }
   }
   orient_positively(mesh);

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cstring>
 #include <map>
 #include <sstream>
@@ -169,11 +171,11 @@ TetFile parse_vtu(const std::string& path, std::string_view bytes) {
     const int type = whole<int>(vtu, types[c]);
     if (type <= kLastOfLowerDimension) continue;
     if (type != kTetra)
-      vtu.refuse("cells of VTK type " + std::to_string(type) + " are not supported",
+      vtu.refuse(fmt::format("cells of VTK type {} are not supported", type),
                  "export linear tetrahedra (type 10)");
     const auto end = whole<std::size_t>(vtu, ends[c]);
     if (end < 4 || end > connectivity.size())
-      vtu.refuse("cell " + std::to_string(c + 1) + " has no four corners");
+      vtu.refuse(fmt::format("cell {} has no four corners", c + 1));
     for (std::size_t k = end - 4; k < end; ++k)
       file.corners.push_back(whole<std::size_t>(vtu, connectivity[k]));
   }

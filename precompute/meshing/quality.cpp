@@ -1,5 +1,7 @@
 #include "precompute/meshing/quality.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -244,7 +246,7 @@ void require_quality(const TetMesh& mesh, const TetQuality& quality, const Quali
   std::string text = "the tets of mesher " + mesher + " fail the quality gate: " + complaints;
   if (!bad.empty()) text += "; " + counted(bad.size(), "bad tet: ", "bad tets: ");
   for (std::size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
-    text += (i ? "; tet " : "tet ") + std::to_string(bad[i]) + " at " + place(middle(mesh, bad[i]));
+    text += fmt::format("{}{} at {}", i ? "; tet " : "tet ", bad[i], place(middle(mesh, bad[i])));
   if (bad.size() > kNamed) text += "; ...";
   throw TetDefects(text + (hint.empty() ? "" : "\n  " + hint), faces_of(mesh, bad));
 }

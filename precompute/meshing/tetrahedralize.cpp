@@ -1,5 +1,7 @@
 #include "precompute/meshing/tetrahedralize.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -66,8 +68,9 @@ void require_closed(const TriMesh& surface, const std::vector<SurfaceEdge>& edge
     return e.triangles.size() != 2 || e.runs_a_to_b[0] == e.runs_a_to_b[1];
   });
   if (surface.triangles.empty() || bad > 0)
-    throw InputError("the surface is not closed, manifold and consistently oriented: " +
-                         std::to_string(bad) + " edges without two opposite triangles",
+    throw InputError(fmt::format("the surface is not closed, manifold and consistently oriented: "
+                                 "{} edges without two opposite triangles",
+                                 bad),
                      "repair the mesh; archetide-precompute check names the edges");
   if (!(enclosed_volume(surface) > 0.0))
     throw InputError("the surface encloses no volume or is inside out", "flip its orientation");

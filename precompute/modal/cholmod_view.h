@@ -2,6 +2,7 @@
 
 // Shared by the CHOLMOD translation units only.
 
+#include <fmt/core.h>
 #include <suitesparse/cholmod.h>
 
 #include "common/base/input_error.h"
@@ -29,8 +30,7 @@ struct CholmodCommon {
     if (good && common.status == CHOLMOD_OK) return;
     if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE)
       throw MachineError(std::string(what) + ": out of memory; use fewer tets");
-    throw NumericsError(std::string(what) + " failed (CHOLMOD status " +
-                        std::to_string(common.status) + ")");
+    throw NumericsError(fmt::format("{} failed (CHOLMOD status {})", what, common.status));
   }
 };
 

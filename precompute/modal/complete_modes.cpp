@@ -1,5 +1,6 @@
 #include "precompute/modal/complete_modes.h"
 
+#include <fmt/core.h>
 #include <Eigen/Dense>
 #include <string>
 
@@ -10,11 +11,11 @@ namespace archetide {
 namespace {
 
 void demand_small(Eigen::Index dofs, Eigen::Index modes) {
-  const std::string all = std::to_string(modes) + " modes of " + std::to_string(dofs / 3) +
-                          " nodes, every degree of freedom (modes.count = \"full\")";
+  const std::string all = fmt::format(
+      "{} modes of {} nodes, every degree of freedom (modes.count = \"full\")", modes, dofs / 3);
   if (modes > kMostCompleteModes)
-    throw InputError(all + ": at most " + std::to_string(kMostCompleteModes) + " modes, " +
-                         std::to_string(kMostCompleteModes / 3 + 2) + " nodes",
+    throw InputError(fmt::format("{}: at most {} modes, {} nodes", all, kMostCompleteModes,
+                                 kMostCompleteModes / 3 + 2),
                      "lower tet.target, or set tet.order = 1");
   // six matrices of the eigensolver, and the integrals, once as products and once as they are kept
   const double n = static_cast<double>(dofs), r = static_cast<double>(modes);
@@ -47,8 +48,8 @@ EigenResult every_eigenpair(const SparseMatrix& stiffness, const SparseMatrix& m
   C += (2.0 * C.norm()) * lifted * lifted.transpose();
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(C);
   if (factor.info() != Eigen::Success || eigen.info() != Eigen::Success)
-    throw NumericsError("the dense eigensolver failed on " + std::to_string(dofs) +
-                        " degrees of freedom\n  badly shaped tets?");
+    throw NumericsError(fmt::format(
+        "the dense eigensolver failed on {} degrees of freedom\n  badly shaped tets?", dofs));
   EigenResult result;
   result.values = eigen.eigenvalues().head(modes);
   result.vectors = U.solve(eigen.eigenvectors().leftCols(modes));

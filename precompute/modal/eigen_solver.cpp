@@ -2,6 +2,7 @@
 
 #include <arpack/arpack.h>
 #include <dlfcn.h>
+#include <fmt/core.h>
 #include <sys/mman.h>
 
 #include <cmath>
@@ -89,7 +90,7 @@ struct Arpack {
              tolerance, residual.data(), ncv, basis.data(), n, iparam, ipntr, workd.data(),
              workl.data(), int(workl.size()), &status);
     if (status != 0)
-      throw NumericsError("ARPACK dseupd failed with status " + std::to_string(status));
+      throw NumericsError(fmt::format("ARPACK dseupd failed with status {}", status));
   }
 };
 
@@ -107,11 +108,10 @@ void iterate(Arpack& arpack, DeflatedInverse& inverse) {
     }
   }
   if (arpack.info == 1)
-    throw NumericsError("the eigensolver found only " + std::to_string(arpack.iparam[4]) + " of " +
-                        std::to_string(arpack.nev) + " modes in " +
-                        std::to_string(arpack.iparam[2]) + " restarts");
+    throw NumericsError(fmt::format("the eigensolver found only {} of {} modes in {} restarts",
+                                    arpack.iparam[4], arpack.nev, arpack.iparam[2]));
   if (arpack.info != 0)
-    throw NumericsError("ARPACK dsaupd failed with status " + std::to_string(arpack.info));
+    throw NumericsError(fmt::format("ARPACK dsaupd failed with status {}", arpack.info));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 // analysis (Sylvester: as many negative signs as negative eigenvalues). There is no pivoting: a
 // pivot that all but cancels is reported and the caller takes another shift.
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -237,8 +239,8 @@ int count_eigenvalues_below(const SparseMatrix& stiffness, const SparseMatrix& m
     const int negative = SignedCholesky(matrix, ordering).count_negative();
     if (negative >= 0) return negative;
   }
-  throw NumericsError("Sturm check: no stable factorisation at the shift " + std::to_string(mu) +
-                      " 1/s^2");
+  throw NumericsError(
+      fmt::format("Sturm check: no stable factorisation at the shift {:f} 1/s^2", mu));
 }
 
 }  // namespace archetide

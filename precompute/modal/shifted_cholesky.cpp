@@ -1,5 +1,7 @@
 #include "precompute/modal/shifted_cholesky.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "precompute/modal/cholmod_view.h"
@@ -35,7 +37,7 @@ ShiftedCholesky::ShiftedCholesky(const SparseMatrix& matrix, const std::vector<i
   impl_->cholmod.require(impl_->factor, "analysing the stiffness");
   // The size of the factor is known now: better no answer than the machine's out-of-memory killer.
   demand_memory(kPeakOverFactor * 8.0 * static_cast<double>(impl_->factor->xsize),
-                "computing modes with " + std::to_string(impl_->factor->n) + " unknowns",
+                fmt::format("computing modes with {} unknowns", impl_->factor->n),
                 "lower tet.target");
   common->quick_return_if_not_posdef = 1;
   cholmod_factorize(&view, impl_->factor, common);

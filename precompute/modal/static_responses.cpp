@@ -1,5 +1,6 @@
 #include "precompute/modal/static_responses.h"
 
+#include <fmt/core.h>
 #include <Eigen/Eigenvalues>
 #include <string>
 
@@ -70,8 +71,7 @@ VecX solve_static(const VecX& f, const SparseMatrix& K, ShiftedCholesky& factor,
     x += y;
     if (y.norm() <= kAccuracy * x.norm()) return x;
   }
-  throw NumericsError("static response: no convergence in " + std::to_string(kMaxPasses) +
-                      " passes");
+  throw NumericsError(fmt::format("static response: no convergence in {} passes", kMaxPasses));
 }
 
 /// Responses of one kind of load, each of unit M-norm; those with almost no energy left out.

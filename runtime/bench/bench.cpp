@@ -1,5 +1,7 @@
 #include "runtime/bench/bench.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -76,7 +78,7 @@ class Bench {
 
  private:
   std::string place(std::size_t n) const {
-    return "point " + std::to_string(n + 1) + " of " + std::to_string(points_.size());
+    return fmt::format("point {} of {}", n + 1, points_.size());
   }
   SceneSpec scene_of(const SweepPoint& point) const {
     std::vector<std::string> all = overrides_;
@@ -145,9 +147,9 @@ class Bench {
       row.cpu_seconds = end.cpu_seconds, row.wall_seconds = end.wall_seconds;
       row.peak_bytes = end.peak_bytes;
       if (end.signal > 0)
-        row.status = "failed: signal " + std::to_string(end.signal);
+        row.status = fmt::format("failed: signal {}", end.signal);
       else if (end.exit != kExitDone)
-        row.status = "failed: exit " + std::to_string(end.exit) + ", see " + point.name + ".log";
+        row.status = fmt::format("failed: exit {}, see {}.log", end.exit, point.name);
     }
     judge(point, scene, row);
     return row;

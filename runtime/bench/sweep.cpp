@@ -1,5 +1,7 @@
 #include "runtime/bench/sweep.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -46,11 +48,12 @@ std::string grid_of_tank(const FluidSpec& fluid, double cell, const std::string&
     const double exact = fluid.cells[axis] * fluid.cell / cell;
     const long cells = fluid.cells[axis] == 1 ? 1 : std::lround(exact);
     if (fluid.cells[axis] > 1 && (cells < 1 || std::abs(exact - cells) > 1e-6 * exact))
-      throw InputError("--sweep fluid.cell: the tank is " +
-                           std::to_string(fluid.cells[axis] * fluid.cell) + " m along axis " +
-                           std::to_string(axis) + ", which is no multiple of " + value + " m",
-                       "choose cells that divide the tank's edges, or sweep fluid.grid too");
-    text += (axis ? ", " : "") + std::to_string(cells);
+      throw InputError(
+          fmt::format(
+              "--sweep fluid.cell: the tank is {:f} m along axis {}, which is no multiple of {} m",
+              fluid.cells[axis] * fluid.cell, axis, value),
+          "choose cells that divide the tank's edges, or sweep fluid.grid too");
+    text += fmt::format("{}{}", axis ? ", " : "", cells);
   }
   return text + "]";
 }

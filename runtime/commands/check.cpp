@@ -1,5 +1,6 @@
 // Validates a scene and lists what is on.
 
+#include <fmt/core.h>
 #include <CLI/CLI.hpp>
 #include <iomanip>
 #include <iostream>
@@ -23,10 +24,9 @@ void line(const std::string& name, const Value& value) {
 
 void list_time_and_cells(const SceneSpec& scene, const Grid& grid) {
   line("scene", scene.name + " (" + scene.file + ")");
-  line("time", std::to_string(scene.end_time) + " s, " +
-                   std::to_string(frame_count(scene.end_time, scene.fps)) + " frames");
-  line("cells", std::to_string(grid.cells()) + " (" + std::to_string(grid.nx) + " x " +
-                    std::to_string(grid.ny) + " x " + std::to_string(grid.nz) + ")");
+  line("time",
+       fmt::format("{:f} s, {} frames", scene.end_time, frame_count(scene.end_time, scene.fps)));
+  line("cells", fmt::format("{} ({} x {} x {})", grid.cells(), grid.nx, grid.ny, grid.nz));
 }
 
 // `fields`: the part of the tank that has fields.
@@ -35,10 +35,9 @@ void list_water(const SceneSpec& scene, const SimulationOptions& o, const Grid& 
                 : scene.fluid->water.full ? "the tank is full, no free surface"
                                           : "free surface");
   if (fields.nz < o.grid.nz)
-    line("fields",
-         "the lowest " + std::to_string(fields.nz) + " layers, as far as the water needs");
-  line("particles", o.particles_per_cell ? std::to_string(o.particles_per_cell) + " per cell" +
-                                               (o.spray ? ", spray" : "")
+    line("fields", fmt::format("the lowest {} layers, as far as the water needs", fields.nz));
+  line("particles", o.particles_per_cell ? fmt::format("{} per cell{}", o.particles_per_cell,
+                                                       o.spray ? ", spray" : "")
                                          : "none");
   line("damping", damping_text(o.damping));
   line("geometry", o.geometry == Geometry::kCutCell ? "cut-cell" : "voxel");
@@ -49,9 +48,8 @@ void list_bodies(const BuiltScene& built) {
   line("bodies", built.bodies.size());
   for (std::size_t b = 0; b < built.bodies.size(); ++b) {
     const ReducedBody& body = built.bodies[b];
-    log_detail("  body " + std::to_string(b) + " " + built.body_names[b] + ": " +
-               std::to_string(body.archetype->integrals.mass * body.mass_scale) + " kg, " +
-               std::to_string(body.r) + " modes");
+    log_detail(fmt::format("  body {} {}: {:f} kg, {} modes", b, built.body_names[b],
+                           body.archetype->integrals.mass * body.mass_scale, body.r));
   }
   for (const DeformationForecast& kind : built.forecasts) line("deformation", forecast_text(kind));
   line("joints", built.joints.size());
@@ -66,9 +64,8 @@ void list_outputs(const SceneSpec& scene) {
   int markers = 0;
   for (const MarkersSpec& spec : scene.markers) markers += spec.count;
   line("markers", markers);
-  line("checkpoints", scene.checkpoints
-                          ? "every " + std::to_string(scene.checkpoint_every) + " frames"
-                          : "when it is stopped");
+  line("checkpoints", scene.checkpoints ? fmt::format("every {} frames", scene.checkpoint_every)
+                                        : "when it is stopped");
 }
 
 int check(const Arguments& a) {

@@ -1,5 +1,6 @@
 #include "runtime/commands/failed_run.h"
 
+#include <fmt/core.h>
 #include <omp.h>
 
 #include <filesystem>
@@ -29,19 +30,19 @@ std::string portable_scene(const SceneSpec& scene) {
     if (!path.empty()) paths.push_back(key + "=\"" + fs::absolute(path).string() + "\"");
   };
   for (std::size_t n = 0; n < scene.statics.size(); ++n)
-    fix("static[" + std::to_string(n) + "].mesh", scene.statics[n].mesh);
+    fix(fmt::format("static[{}].mesh", n), scene.statics[n].mesh);
   if (scene.fluid) fix("fluid.water.mesh", scene.fluid->water.mesh);
   const auto fix_archetype = [&](const std::string& list, std::size_t n, const std::string& name) {
-    if (name.ends_with(".h5")) fix(list + "[" + std::to_string(n) + "].archetype", name);
+    if (name.ends_with(".h5")) fix(fmt::format("{}[{}].archetype", list, n), name);
   };
   for (std::size_t n = 0; n < scene.bodies.size(); ++n)
     fix_archetype("body", n, scene.bodies[n].archetype);
   for (std::size_t n = 0; n < scene.scatters.size(); ++n) {
     const ScatterSpec& scatter = scene.scatters[n];
     if (!scatter.mixed) fix_archetype("scatter", n, scatter.kinds[0].archetype);
-    fix("scatter[" + std::to_string(n) + "].mesh", scatter.mesh);
+    fix(fmt::format("scatter[{}].mesh", n), scatter.mesh);
     if (scatter.mixed)
-      paths.push_back("scatter[" + std::to_string(n) + "].archetypes=" + list_of_kinds(scatter));
+      paths.push_back(fmt::format("scatter[{}].archetypes={}", n, list_of_kinds(scatter)));
   }
   for (std::size_t n = 0; n < scene.skins.size(); ++n)
     fix_archetype("skin", n, scene.skins[n].archetype);
@@ -60,8 +61,8 @@ FailureSetup failure_setup(const SceneSpec& scene, const Arguments& a,
     const fs::path folder = fs::absolute(library.path(name)).parent_path();
     setup.options = " --archetypes '" + folder.lexically_normal().string() + "'";
   }
-  if (a.frames) setup.options += " --frames " + std::to_string(*a.frames);
-  setup.options += " -t " + std::to_string(omp_get_max_threads());
+  if (a.frames) setup.options += fmt::format(" --frames {}", *a.frames);
+  setup.options += fmt::format(" -t {}", omp_get_max_threads());
   return setup;
 }
 

@@ -1,5 +1,6 @@
 // Draws the frames of a run.
 
+#include <fmt/core.h>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -40,9 +41,8 @@ int render(const Arguments& a) {
   options.film = !a.no_film;
   options.quiet = a.common.quiet;
   const RenderSummary summary = render_run(a.directory, options);
-  log_info(std::to_string(summary.frames) + " pictures, " +
-           std::to_string(summary.seconds_per_frame) + " s each" +
-           (summary.film.empty() ? ", no film" : ", film " + summary.film));
+  log_info(fmt::format("{} pictures, {:f} s each{}", summary.frames, summary.seconds_per_frame,
+                       summary.film.empty() ? ", no film" : ", film " + summary.film));
   return kExitDone;
 }
 

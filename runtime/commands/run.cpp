@@ -1,5 +1,6 @@
 // Simulates a scene: from its first state or from a checkpoint, to the end or until it is stopped.
 
+#include <fmt/core.h>
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
@@ -65,9 +66,10 @@ int finish_run(RunEnd end, bool whole, const Expectations& expectations,
     return kExitStopped;
   }
   if (!whole) {
-    writer.finish_part("the first " + std::to_string(*a.frames) +
-                           " frames (--frames); the same command without it goes on",
-                       simulation);
+    writer.finish_part(
+        fmt::format("the first {} frames (--frames); the same command without it goes on",
+                    *a.frames),
+        simulation);
     return kExitDone;
   }
   const bool good = judge(expectations, writer);
@@ -116,7 +118,7 @@ RunEvents run_events(const SceneSpec& scene, RunParts& parts, RunWriter& writer,
 void demand_memory_of_water(const SceneSpec& scene, const BuiltScene& built) {
   const Grid fields = field_grid(built.options, initial_fluid(scene.fluid));
   demand_memory(estimate_memory(built.options, fields, built.bodies).water,
-                scene.file + ": water in " + std::to_string(fields.cells()) + " cells",
+                fmt::format("{}: water in {} cells", scene.file, fields.cells()),
                 "coarsen it (fluid.grid, fluid.cell), take fewer particles, or raise the limit "
                 "(ARCHETIDE_MEMORY_LIMIT, the job's, ulimit -v)");
 }

@@ -1,5 +1,7 @@
 #include "runtime/output/checkpoint.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -43,7 +45,7 @@ std::vector<std::string> checkpoints_in(const std::string& folder) {
 std::string others(const std::string& folder, const std::string& but) {
   std::string list;
   for (const std::string& name : checkpoints_in(folder))
-    if (name != but) list += (list.empty() ? "" : ", ") + std::to_string(std::stoi(name));
+    if (name != but) list += fmt::format("{}{}", list.empty() ? "" : ", ", std::stoi(name));
   return list;
 }
 

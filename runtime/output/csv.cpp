@@ -1,5 +1,7 @@
 #include "runtime/output/csv.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -23,8 +25,10 @@ std::vector<std::string> CsvWriter::keep_rows(std::int64_t rows) {
   for (std::int64_t line = 0; line <= rows; ++line) {
     end = bytes.find('\n', end);
     if (end == std::string::npos)
-      throw FileError(path_ + ": has fewer rows than its checkpoint tells (" +
-                      std::to_string(rows) + "); start again with --resume never --replace");
+      throw FileError(
+          fmt::format("{}: has fewer rows than its checkpoint tells ({}); "
+                      "start again with --resume never --replace",
+                      path_, rows));
     ++end;
   }
   file_.close();

@@ -1,5 +1,7 @@
 #include "runtime/output/failure_folder.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -67,8 +69,7 @@ std::string culprit_names(const Culprit& culprit, const FailureSetup& setup) {
   std::string text;
   const auto add = [&](const char* what, int n, const std::vector<std::string>& names) {
     if (n < 0) return;
-    text += (text.empty() ? "" : ", ") + std::string(what) + " " + std::to_string(n) + " is " +
-            names[n];
+    text += fmt::format("{}{} {} is {}", text.empty() ? "" : ", ", what, n, names[n]);
   };
   add("joint", culprit.joint, setup.joint_names);
   add("body", culprit.body, setup.body_names);

@@ -1,5 +1,7 @@
 #include "runtime/output/ply.h"
 
+#include <fmt/core.h>
+
 #include <sstream>
 
 #include "common/base/byte_stream.h"
@@ -74,7 +76,7 @@ SurfaceMesh read_ply(const std::string& path) {
     for (int c = 0; c < 3; ++c) {
       t[c] = take_number<int>(bytes, offset);
       if (t[c] < 0 || static_cast<std::size_t>(t[c]) >= vertices)
-        throw FileError(path + ": face " + std::to_string(f) + " names a vertex that is not there");
+        throw FileError(fmt::format("{}: face {} names a vertex that is not there", path, f));
     }
     mesh.triangles.push_back(t);
   }

@@ -1,5 +1,7 @@
 #include "runtime/output/render.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -43,9 +45,8 @@ std::vector<FrameFiles> chosen_frames(const RunFolder& run, const RenderOptions&
   if (!chosen.empty()) return chosen;
   if (run.frames.empty())
     throw FileError(run.path + "frames: nothing to draw (surface.*.ply, bodies.*.vtp)");
-  throw FileError(run.path + "frames: no frame in the range; there are " +
-                  std::to_string(run.frames.front().number) + " to " +
-                  std::to_string(run.frames.back().number));
+  throw FileError(fmt::format("{}frames: no frame in the range; there are {} to {}", run.path,
+                              run.frames.front().number, run.frames.back().number));
 }
 
 // Without a tank the picture holds wherever the bodies go; a dozen frames tell.
@@ -124,8 +125,8 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
     write_png(picture_path(folder, files.number), image);
     ++summary.frames;
     const std::chrono::duration<double> took = Clock::now() - frame_start;
-    say("picture " + std::to_string(files.number) + " of " + std::to_string(frames.back().number) +
-        "  " + fixed_text(took.count(), 2) + " s");
+    say(fmt::format("picture {} of {}  {} s", files.number, frames.back().number,
+                    fixed_text(took.count(), 2)));
   }
   const std::chrono::duration<double> total = Clock::now() - start;
   summary.seconds_per_frame = total.count() / summary.frames;

@@ -1,5 +1,7 @@
 #include "runtime/output/report.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -70,7 +72,7 @@ Run read_run(const std::string& directory) {
 std::string outcome(const Manifest& m) {
   if (m.exit < 0) return "still running or killed";
   if (m.exit == kExitDone) return "done";
-  return "exit " + std::to_string(m.exit) + (m.reason.empty() ? "" : ": " + m.reason);
+  return fmt::format("exit {}{}", m.exit, m.reason.empty() ? "" : ": " + m.reason);
 }
 
 double worst(const std::vector<double>& values) {
@@ -108,14 +110,14 @@ std::string body_table(const Manifest& m) {
       "<th>memory</th></tr>\n";
   for (std::size_t b = 0; b < std::min(kBodyLines, m.bodies.size()); ++b) {
     const auto& body = m.bodies[b];
-    html += "<tr><td>" + std::to_string(b) + " " + html_text(body.name) + "</td><td>" +
-            html_text(body.archetype) + "</td><td>" + fixed_text(body.density, 1) +
-            " kg/m³</td><td>" + number_text(std::round(body.mass * 1e4) / 1e4) + " kg</td><td>" +
-            std::to_string(body.modes) + "</td><td>" + bytes_text(body.bytes) + "</td></tr>\n";
+    html += fmt::format(
+        "<tr><td>{} {}</td><td>{}</td><td>{} kg/m³</td><td>{} kg</td><td>{}</td><td>{}</td></tr>\n",
+        b, html_text(body.name), html_text(body.archetype), fixed_text(body.density, 1),
+        number_text(std::round(body.mass * 1e4) / 1e4), body.modes, bytes_text(body.bytes));
   }
   html += "</table>\n";
   if (m.bodies.size() > kBodyLines)
-    html += "<p class=\"note\">and " + std::to_string(m.bodies.size() - kBodyLines) + " more</p>\n";
+    html += fmt::format("<p class=\"note\">and {} more</p>\n", m.bodies.size() - kBodyLines);
   return html;
 }
 
@@ -152,8 +154,8 @@ std::string body_chart(const Run& run, const std::string& title, const std::stri
   Chart chart = time_chart(title, "m");
   const auto& names = run.folder.manifest.bodies;
   for (auto& [b, line] : lines) {
-    line.name = std::to_string(b) +
-                (b < static_cast<int>(names.size()) ? " " + names[b].name : std::string());
+    line.name = fmt::format(
+        "{}{}", b, b < static_cast<int>(names.size()) ? " " + names[b].name : std::string());
     line.colour = css_colour(b);
     chart.series.push_back(line);
   }
@@ -170,10 +172,11 @@ std::string phase_bars(const Manifest& m) {
 std::string section(const Run& run) {
   const Manifest& m = run.folder.manifest;
   const bool water = m.has_water;
-  std::string html = "<h2>" + html_text(m.scene) + "</h2>\n<p class=\"note\">" +
-                     html_text(m.command_line) + "<br>archetide " + html_text(m.version) + ", " +
-                     html_text(m.build) + ", " + std::to_string(m.threads) + " threads, started " +
-                     html_text(m.started) + ", " + html_text(outcome(m)) + "</p>\n";
+  std::string html = fmt::format(
+      "<h2>{}</h2>\n"
+      "<p class=\"note\">{}<br>archetide {}, {}, {} threads, started {}, {}</p>\n",
+      html_text(m.scene), html_text(m.command_line), html_text(m.version), html_text(m.build),
+      m.threads, html_text(m.started), html_text(outcome(m)));
   html += picture_strip(run.folder, kPictures, kPictureWidth);
   html += body_table(m);
   html += "<div class=\"charts\">\n";
@@ -225,7 +228,7 @@ Sources read_sources(const std::vector<std::string>& paths) {
 
 std::string grid_text(const Grid& g) {
   if (g.cells() == 0) return "none";
-  return std::to_string(g.nx) + " × " + std::to_string(g.ny) + " × " + std::to_string(g.nz);
+  return fmt::format("{} × {} × {}", g.nx, g.ny, g.nz);
 }
 
 std::string html_page(const std::string& title, const std::string& body) {

@@ -1,5 +1,7 @@
 #include "runtime/output/report_charts.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "common/files/base64.h"
@@ -28,10 +30,10 @@ std::string picture_strip(const RunFolder& run, std::size_t most, int width) {
     const Image image = read_png(path);
     const int factor = (image.width + width - 1) / width;
     const int number = std::stoi(path.substr(path.size() - 10, 6));
-    html += "<figure><img alt=\"frame " + std::to_string(number) +
-            "\" src=\"data:image/png;base64," + base64(png_bytes(shrunk(image, factor))) +
-            "\"><figcaption>t = " + fixed_text(number / run.manifest.fps, 2) +
-            " s</figcaption></figure>\n";
+    html += fmt::format(
+        "<figure><img alt=\"frame {}\" src=\"data:image/png;base64,{}\">"
+        "<figcaption>t = {} s</figcaption></figure>\n",
+        number, base64(png_bytes(shrunk(image, factor))), fixed_text(number / run.manifest.fps, 2));
   }
   return html + "</div>\n";
 }

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -86,18 +88,17 @@ std::string scorecard_section(const TextTable& t) {
   }
   double cpu = 0.0;
   for (const auto& [name, s] : seconds) cpu += s;
-  std::string html = "<h2>Scorecard</h2>\n<p class=\"note\"><b>" +
-                     std::to_string(all.size() - missed.size()) + " of " +
-                     std::to_string(all.size()) + " figures meet their target</b>, in " +
-                     std::to_string(seconds.size()) + " cases with known answers; " +
-                     std::to_string(missed.size() - unknown) + " misses are known and explained, " +
-                     std::to_string(unknown) + " are not. The most expensive rows of all cases took " +
-                     fixed_text(cpu, 0) +
-                     " CPU seconds together. Bars: error as a share of its target, on a scale of "
-                     "powers of ten from 1 % to 1000 %.</p>\n";
+  std::string html = fmt::format(
+      "<h2>Scorecard</h2>\n"
+      "<p class=\"note\"><b>{} of {} figures meet their target</b>, in {} cases with known "
+      "answers; {} misses are known and explained, {} are not. The most expensive rows of all "
+      "cases took {} CPU seconds together. Bars: error as a share of its target, on a scale of "
+      "powers of ten from 1 % to 1000 %.</p>\n",
+      all.size() - missed.size(), all.size(), seconds.size(), missed.size() - unknown, unknown,
+      fixed_text(cpu, 0));
   if (!missed.empty()) html += "<h3>Misses</h3>\n" + rows_of(t, missed, true);
-  return html + "<details><summary>All " + std::to_string(all.size()) + " rows</summary>\n" +
-         rows_of(t, all, false) + "</details>\n";
+  return fmt::format("{}<details><summary>All {} rows</summary>\n{}</details>\n", html, all.size(),
+                     rows_of(t, all, false));
 }
 
 std::string html_row(const std::vector<std::string>& cells, const char* tag,

@@ -1,5 +1,7 @@
 #include "runtime/output/run_description.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <set>
@@ -14,18 +16,16 @@ namespace {
 std::string grid_line(const SimulationOptions& o) {
   const Grid& g = o.grid;
   if (g.cells() == 0) return "tank       none";
-  return "tank       " + std::to_string(g.nx) + " x " + std::to_string(g.ny) + " x " +
-         std::to_string(g.nz) + " = " + std::to_string(g.cells()) + " cells of " +
-         number_text(g.dx) + " m" + (o.has_water ? "" : ", no water");
+  return fmt::format("tank       {} x {} x {} = {} cells of {} m{}", g.nx, g.ny, g.nz, g.cells(),
+                     number_text(g.dx), o.has_water ? "" : ", no water");
 }
 
 std::string bodies_line(const Manifest& m) {
   if (m.bodies.empty()) return "bodies     none";
   double bytes = 0.0, largest = 0.0;
   for (const auto& b : m.bodies) bytes += b.bytes, largest = std::max(largest, b.bytes);
-  return "bodies     " + std::to_string(m.bodies.size()) + " of " +
-         std::to_string(m.archetypes.size()) + " archetypes; instances hold " + bytes_text(bytes) +
-         " (at most " + bytes_text(largest) + " each)";
+  return fmt::format("bodies     {} of {} archetypes; instances hold {} (at most {} each)",
+                     m.bodies.size(), m.archetypes.size(), bytes_text(bytes), bytes_text(largest));
 }
 
 std::string switches_line(const SimulationOptions& o) {
@@ -35,8 +35,7 @@ std::string switches_line(const SimulationOptions& o) {
   if (o.has_water) {
     on += o.geometry == Geometry::kCutCell ? ", cut cells" : ", voxel faces";
     on += ", tolerance " + scientific_text(o.tolerance);
-    if (o.particles_per_cell > 0)
-      on += ", " + std::to_string(o.particles_per_cell) + " particles a cell";
+    if (o.particles_per_cell > 0) on += fmt::format(", {} particles a cell", o.particles_per_cell);
     if (o.spray) on += ", spray";
     if (o.damping.any()) on += ", " + damping_text(o.damping);
   }
@@ -55,10 +54,10 @@ std::vector<std::string> unresolved_lines(const SimulationOptions& o,
     surface_points(body, points);
     const double thin = thin_part(o.grid, points, body.archetype->surface.triangles);
     if (thin > kTooThin)
-      lines.push_back("note       unresolved: " + body.archetype->name +
-                      " is thinner than a cell over " +
-                      std::to_string(static_cast<int>(100.0 * thin)) +
-                      " % of its surface; what the water does to it is a guess");
+      lines.push_back(
+          fmt::format("note       unresolved: {} is thinner than a cell over {} % of its surface; "
+                      "what the water does to it is a guess",
+                      body.archetype->name, static_cast<int>(100.0 * thin)));
   }
   return lines;
 }
@@ -115,8 +114,8 @@ std::vector<std::string> coarser_surfaces(const std::vector<ReducedBody>& bodies
   const auto add = [&](const void* key, const std::string& name, const TriMesh& coarse,
                        const TriMesh& whole) {
     if (seen.insert(key).second)
-      texts.push_back(name + " " + std::to_string(coarse.triangles.size()) + " of " +
-                      std::to_string(whole.triangles.size()));
+      texts.push_back(
+          fmt::format("{} {} of {}", name, coarse.triangles.size(), whole.triangles.size()));
   };
   for (const ReducedBody& b : bodies)
     if (b.rung) add(b.rung, b.archetype->name, b.rung->surface, b.archetype->surface);
@@ -131,8 +130,7 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
   const SimulationOptions& o = simulation.options();
   const MemoryEstimate memory = estimate_memory(o, simulation.grid(), simulation.all_bodies());
   std::vector<std::string> lines = {
-      "archetide " + manifest.version + " (" + manifest.build + ", " +
-          std::to_string(setup.threads) + " threads)",
+      fmt::format("archetide {} ({}, {} threads)", manifest.version, manifest.build, setup.threads),
       "scene      " + setup.scene_name + ", " + number_text(setup.end_time) + " s at " +
           number_text(setup.fps) + " frames a second",
       grid_line(o),
@@ -151,14 +149,14 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
 
 std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile) {
   std::vector<std::string> lines = {
-      "ended at t " + number_text(m.time) + " s after " + duration_text(m.wall_seconds) + " (" +
-      duration_text(m.cpu_seconds) + " CPU), " + std::to_string(m.steps) + " steps, " +
-      std::to_string(m.frames) + " frames, peak memory " + bytes_text(m.peak_bytes)};
+      fmt::format("ended at t {} s after {} ({} CPU), {} steps, {} frames, peak memory {}",
+                  number_text(m.time), duration_text(m.wall_seconds), duration_text(m.cpu_seconds),
+                  m.steps, m.frames, bytes_text(m.peak_bytes))};
   for (const std::string& phase : profile.phases())
     lines.push_back(phase_line(phase, m.phase_seconds.at(phase), m.wall_seconds));
-  lines.push_back("worst volume drift " + scientific_text(m.worst_volume_drift) +
-                  ", step halvings " + std::to_string(m.halvings) + ", worst iteration count " +
-                  std::to_string(m.worst_iterations));
+  lines.push_back(fmt::format("worst volume drift {}, step halvings {}, worst iteration count {}",
+                              scientific_text(m.worst_volume_drift), m.halvings,
+                              m.worst_iterations));
   return lines;
 }
 

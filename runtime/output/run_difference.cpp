@@ -1,5 +1,7 @@
 #include "runtime/output/run_difference.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -55,7 +57,7 @@ Quat rotation_at(const CsvTable& t, std::size_t row) {
 VecX modes_at(const CsvTable& t, std::size_t row, int count) {
   VecX q = VecX::Zero(count);
   for (int m = 0; m < count; ++m) {
-    const std::vector<double>& column = t.column("q" + std::to_string(m + 1));
+    const std::vector<double>& column = t.column(fmt::format("q{}", m + 1));
     if (row < column.size() && std::isfinite(column[row])) q[m] = column[row];
   }
   return q;

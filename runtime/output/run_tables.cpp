@@ -1,5 +1,7 @@
 #include "runtime/output/run_tables.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 namespace archetide {
@@ -120,7 +122,7 @@ void BodiesTable::write_header() {
   std::vector<std::string> names = {"t",  "body", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                     "vx", "vy",   "vz", "wx", "wy", "wz", "px", "py", "pz",
                                     "lx", "ly",   "lz", "fx", "fy", "fz", "tx", "ty", "tz"};
-  for (int m = 1; m <= modes_; ++m) names.push_back(std::string("q").append(std::to_string(m)));
+  for (int m = 1; m <= modes_; ++m) names.push_back(fmt::format("q{}", m));
   csv_.header(names);
 }
 

@@ -1,5 +1,7 @@
 #include "runtime/output/run_writer.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -139,8 +141,9 @@ struct RunWriter::Impl {
       const auto [when, first] = last_held.try_emplace(b, report.t);
       if (first || report.t - when->second > 1.0 / setup.fps)
         progress.line(
-            "t = " + std::to_string(report.t) + " s: " + name_of(b, simulation) +
-            " is held where its elements would turn inside out or stretch beyond its modes");
+            fmt::format("t = {:f} s: {} is held where its elements would turn inside out or "
+                        "stretch beyond its modes",
+                        report.t, name_of(b, simulation)));
       when->second = report.t;
     }
   }
@@ -151,16 +154,17 @@ struct RunWriter::Impl {
     const double flow = report.velocity.incompatible_flow;
     if (flow * report.dt <= 1e-3 * cell_volume) return;
     if (report.t - last_incompatible > 1.0 / setup.fps)
-      progress.line("t = " + std::to_string(report.t) + " s: " + number_text(flow) +
-                    " m^3/s flow into water that is closed in and cannot take it");
+      progress.line(
+          fmt::format("t = {:f} s: {} m^3/s flow into water that is closed in and cannot take it",
+                      report.t, number_text(flow)));
     last_incompatible = report.t;
   }
 
   // A line when more bodies come to wait than waited before.
   void tell_late(double t, int late) {
     if (late > last_late)
-      progress.line("t = " + std::to_string(t) + " s: " + std::to_string(late) +
-                    " bodies wait to appear: another one stands in the place");
+      progress.line(fmt::format(
+          "t = {:f} s: {} bodies wait to appear: another one stands in the place", t, late));
     last_late = late;
   }
 
@@ -334,8 +338,9 @@ void RunWriter::on_frame(Simulation& simulation) {
 
 void RunWriter::finish(int exit_code, const std::string& reason, const Simulation& simulation) {
   if (simulation.late_bodies() > 0)
-    log("note       " + std::to_string(simulation.late_bodies()) +
-        " bodies have not appeared: another one stood in the place to the end");
+    log(fmt::format(
+        "note       {} bodies have not appeared: another one stood in the place to the end",
+        simulation.late_bodies()));
   impl_->finish(exit_code, reason, simulation);
   if (exit_code == kExitDone) impl_->write_stamp();
 }

@@ -1,5 +1,7 @@
 #include "runtime/output/text_csv.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -80,9 +82,8 @@ TextTable parse_text_csv(const std::string& text, const std::string& path) {
   table.rows.erase(table.rows.begin());
   for (std::size_t r = 0; r < table.rows.size(); ++r)
     if (table.rows[r].size() != table.names.size())
-      throw FileError(path + ": row " + std::to_string(r + 2) + " has " +
-                      std::to_string(table.rows[r].size()) + " cells under " +
-                      std::to_string(table.names.size()) + " names");
+      throw FileError(fmt::format("{}: row {} has {} cells under {} names", path, r + 2,
+                                  table.rows[r].size(), table.names.size()));
   return table;
 }
 

@@ -1,5 +1,7 @@
 #include "runtime/output/vtp.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -25,9 +27,10 @@ class VtpText {
   template <class T>
   void array(const std::string& name, const char* type, int components,
              const std::vector<T>& values) {
-    xml_ += "<DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
-            "\" NumberOfComponents=\"" + std::to_string(components) +
-            "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+    xml_ += fmt::format(
+        "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
+        "format=\"appended\" offset=\"{}\"/>\n",
+        type, name, components, data_.size());
     append_number(data_, static_cast<std::uint64_t>(values.size() * sizeof(T)));
     data_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
   }
@@ -54,9 +57,10 @@ std::vector<float> flat(const std::vector<Vec3>& points) {
 }
 
 std::string piece(std::size_t points, std::size_t vertices, std::size_t polys) {
-  return "Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfVerts=\"" +
-         std::to_string(vertices) + "\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
-         std::to_string(polys) + '"';
+  return fmt::format(
+      "Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+      "NumberOfPolys=\"{}\"",
+      points, vertices, polys);
 }
 
 std::vector<int> offsets(std::size_t cells, int corners) {

@@ -1,5 +1,7 @@
 #include "runtime/scene/add_forces.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <numbers>
@@ -29,9 +31,9 @@ void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern,
     const std::size_t n = pattern.vertices.size();
     throw InputError(
         {{spec.direction_where,
-          "balancing takes the whole force away: at the " + std::to_string(n) +
-              (n == 1 ? " point" : " points") + " of \"" + spec.points +
-              "\" it is no more than a push or a turn of the body",
+          fmt::format("balancing takes the whole force away: at the {}{} of \"{}\" it is no more "
+                      "than a push or a turn of the body",
+                      n, n == 1 ? " point" : " points", spec.points),
           "give direction = \"normal\" or \"radial\", more points, or balance = \"body\""}});
   }
   if (body.nodes) return;  // they always give way
@@ -41,10 +43,10 @@ void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern,
   for (const int v : pattern.vertices)
     largest = std::max(largest, a.surface_modes.block(3 * v, 0, 3, r).cwiseAbs().maxCoeff());
   if (pattern.modal.head(r).norm() <= kUnmoved * largest)
-    throw InputError({{spec.points_where,
-                       "none of the " + std::to_string(r) + " modes of archetype " + a.name +
-                           " gives way to these forces",
-                       "use more modes, another direction or other points"}});
+    throw InputError(
+        {{spec.points_where,
+          fmt::format("none of the {} modes of archetype {} gives way to these forces", r, a.name),
+          "use more modes, another direction or other points"}});
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "runtime/scene/add_skins.h"
 
+#include <fmt/core.h>
+
 #include <map>
 
 #include "common/archetype/surface_rung.h"
@@ -17,13 +19,13 @@ std::string list_of(const std::vector<std::string>& names) {
 void demand_parts(const SkinSpec& spec, const Skin& skin, const BuiltScene& built) {
   std::string what;
   if (spec.bodies.size() != skin.parts.size())
-    what = "skin " + skin.name + " has " + std::to_string(skin.parts.size()) + " parts, not " +
-           std::to_string(spec.bodies.size());
+    what = fmt::format("skin {} has {} parts, not {}", skin.name, skin.parts.size(),
+                       spec.bodies.size());
   for (std::size_t p = 0; what.empty() && p < skin.parts.size(); ++p) {
     const std::string& found = built.bodies[spec.bodies[p]].archetype->name;
     if (found == skin.parts[p]) continue;
-    what = "part " + std::to_string(p + 1) + " of skin " + skin.name + " is \"" + skin.parts[p] +
-           "\", not \"" + found + "\"";
+    what = fmt::format("part {} of skin {} is \"{}\", not \"{}\"", p + 1, skin.name, skin.parts[p],
+                       found);
   }
   if (!what.empty())
     throw InputError({{spec.bodies_where, what, "its parts are " + list_of(skin.parts)}});
@@ -69,7 +71,7 @@ void add_skins(const SceneSpec& scene, ArchetypeLibrary& library, BuiltScene& bu
                          "use \"newmark\", two solves a step"}});
     for (std::size_t n = 0; n < joints.size(); ++n) {
       built.joints.push_back(joints[n]);
-      built.joint_names.push_back("[[skin.joint]] " + std::to_string(n + 1) + " of " + skin->name);
+      built.joint_names.push_back(fmt::format("[[skin.joint]] {} of {}", n + 1, skin->name));
     }
   }
 }

@@ -1,5 +1,7 @@
 #include "runtime/scene/check_placement.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -37,8 +39,7 @@ class Placement {
   const ReducedBody& body(int b) const { return built_.bodies[static_cast<std::size_t>(b)]; }
 
   std::string name(int b) const {
-    return "body " + std::to_string(b + 1) + " (" + built_.body_names[static_cast<std::size_t>(b)] +
-           ")";
+    return fmt::format("body {} ({})", b + 1, built_.body_names[static_cast<std::size_t>(b)]);
   }
 
   SourceLocation where(int b) const {
@@ -60,8 +61,8 @@ class Placement {
       const double beyond = side % 2 ? high[axis] - g.high()[axis] : g.low()[axis] - low[axis];
       if (built_.options.open_side[side] || beyond <= g.dx) continue;
       bad.push_back({where(b),
-                     name(b) + " reaches " + std::to_string(beyond) + " m beyond the closed side " +
-                         sides[side] + " of the tank",
+                     fmt::format("{} reaches {:f} m beyond the closed side {} of the tank", name(b),
+                                 beyond, sides[side]),
                      "move it into the tank, or open that side (fluid.walls)"});
       return;
     }
@@ -75,7 +76,7 @@ class Placement {
     const double found = overlap_depth(body(a), body(b));
     if (found <= most) return;
     bad.push_back({where(b),
-                   name(b) + " begins " + std::to_string(found) + " m deep inside " + name(a),
+                   fmt::format("{} begins {:f} m deep inside {}", name(b), found, name(a)),
                    "move them apart, or join them ([[joint]])"});
   }
 

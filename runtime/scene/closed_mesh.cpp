@@ -1,5 +1,7 @@
 #include "runtime/scene/closed_mesh.h"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "common/base/input_error.h"
@@ -13,10 +15,7 @@ namespace {
 constexpr double kFarthest =
     1e12;  // of a mesh file, whatever its unit: beyond, squares lose all places
 
-std::string place(const Vec3& x) {
-  return "(" + std::to_string(x[0]) + ", " + std::to_string(x[1]) + ", " + std::to_string(x[2]) +
-         ")";
-}
+std::string place(const Vec3& x) { return fmt::format("({:f}, {:f}, {:f})", x[0], x[1], x[2]); }
 
 /// Every edge has two triangles that run along it in opposite directions.
 void demand_closed(const std::string& path, const TriMesh& mesh) {

@@ -1,5 +1,7 @@
 #include "runtime/scene/expectations.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -78,7 +80,7 @@ std::vector<ClosedForm> Expectations::closed_forms() const {
     const BodyExpectation& wanted = spec_.bodies[n];
     const BodyMeans& mean = means_[n];
     if (mean.seconds <= 0.0) continue;
-    const std::string key = "expect.body[" + std::to_string(n) + "].";
+    const std::string key = fmt::format("expect.body[{}].", n);
     if (wanted.z) out.push_back({key + "z", mean.z / mean.seconds, *wanted.z, mean.size});
     if (wanted.draft)
       out.push_back({key + "draft", mean.draft / mean.seconds, *wanted.draft, mean.size});
@@ -112,8 +114,7 @@ std::vector<ExpectationResult> Expectations::evaluate() const {
   judge("expect.deformation_max", largest_deformation_, Bound::kAtMost, spec_.deformation_max, out);
   for (std::size_t n = 0; n < means_.size(); ++n) {
     const BodyExpectation& wanted = spec_.bodies[n];
-    const std::string key =
-        "expect.body[" + std::to_string(n) + "] (body " + std::to_string(wanted.body) + ")";
+    const std::string key = fmt::format("expect.body[{}] (body {})", n, wanted.body);
     const double z = means_[n].z / means_[n].seconds;
     const double speed = means_[n].speed / means_[n].seconds;
     judge(key + " mean z", z, Bound::kAtLeast, wanted.z_min, out);

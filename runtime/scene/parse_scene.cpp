@@ -1,5 +1,7 @@
 #include "runtime/scene/parse_scene.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -58,7 +60,7 @@ void parse_beach(const Section& s, const char* const sides[], FluidSpec& fluid, 
     const double length = fluid.cell * fluid.cells[side / 2];
     if (beach.width[side] > length * (1.0 + 1e-12))
       bad.push_back(s.error(sides[side], "the beach is wider than the tank",
-                            "the tank is " + std::to_string(length) + " m long there"));
+                            fmt::format("the tank is {:f} m long there", length)));
   }
 }
 
@@ -83,7 +85,7 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
   const double height = fluid.cell * fluid.cells[2];
   if (fluid.water.level.value_or(0.0) > height * (1.0 + 1e-12)) {
     bad.push_back(s.error("water.level", "the water stands above the tank",
-                          "the tank is " + std::to_string(height) + " m high"));
+                          fmt::format("the tank is {:f} m high", height)));
   }
   if (fluid.cells.cast<double>().prod() > 2e9) {
     bad.push_back(s.error("grid", "more than 2e9 cells", "use a coarser grid"));
@@ -192,7 +194,7 @@ ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& 
     scatter.waves_where = s.location("waves");
     if (scatter.waves > scatter.count)
       bad.push_back(s.error("waves.count", "more waves than bodies",
-                            "there are " + std::to_string(scatter.count)));
+                            fmt::format("there are {}", scatter.count)));
   }
   return scatter;
 }
@@ -286,7 +288,7 @@ ForceSpec parse_force(const Section& s, Complaints& bad) {
   force.end = optional_number(s, "end");
   if (force.end.value_or(INFINITY) <= force.start)
     bad.push_back(s.error("end", "the force ends before it starts",
-                          "it starts at " + std::to_string(force.start) + " s"));
+                          fmt::format("it starts at {:f} s", force.start)));
   return force;
 }
 
@@ -400,8 +402,8 @@ ExpectSpec parse_expect(const Section& s, int bodies, Complaints& bad) {
   for (const Section& b : s.sections("body")) {
     const int index = b.integer("body");
     if (index >= bodies) {
-      bad.push_back(b.error("body", "there is no body " + std::to_string(index),
-                            "the scene has " + std::to_string(bodies) + ", counted from 0"));
+      bad.push_back(b.error("body", fmt::format("there is no body {}", index),
+                            fmt::format("the scene has {}, counted from 0", bodies)));
     }
     expect.bodies.push_back({b.location(), index, b.number("window"), optional_number(b, "z_min"),
                              optional_number(b, "z_max"), optional_number(b, "speed_min"),

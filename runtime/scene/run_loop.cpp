@@ -1,5 +1,7 @@
 #include "runtime/scene/run_loop.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +25,7 @@ bool advance_to(double target, double frame, Simulation& simulation, const RunPl
     if (!(stable > std::max(kSameTime * frame, plan.least_step)))
       throw SimulationFailure(
           plan.least_step > 0.0 ? "limits.step" : "step",
-          "the stable step fell to " + std::to_string(stable) + " s: velocities blew up",
+          fmt::format("the stable step fell to {:f} s: velocities blew up", stable),
           simulation.time(), fastest(simulation));
     events.on_step(simulation.step(next_step(remaining, stable)));
   }

@@ -1,5 +1,7 @@
 #include "runtime/scene/scatter.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -54,11 +56,10 @@ std::vector<Placement> scatter_places(const ScatterSpec& scatter, const std::vec
       if (++tries > kTriesPerInstance) {
         throw InputError(
             {{scatter.kinds[kind].where,
-              "only " + std::to_string(places.size()) + " of " + std::to_string(scatter.count) +
-                  " instances of " + names_of(scatter) + " fit without overlap",
-              "enlarge the " + std::string(within ? "mesh" : "box") +
-                  " or lower count (bounding radius " + std::to_string(radius) + " m, gap " +
-                  std::to_string(scatter.gap) + " m)"}});
+              fmt::format("only {} of {} instances of {} fit without overlap", places.size(),
+                          scatter.count, names_of(scatter)),
+              fmt::format("enlarge the {} or lower count (bounding radius {:f} m, gap {:f} m)",
+                          within ? "mesh" : "box", radius, scatter.gap)}});
       }
       place.position = uniform_point(scatter.box, random);
     } while (!fits(place.position, radius));

@@ -1,5 +1,7 @@
 #include "runtime/scene/scene_builder.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -37,10 +39,10 @@ TriMesh build_obstacle(const StaticSpec& spec, const SimulationOptions& o) {
   if (thin > kTooThin)
     throw InputError(
         {{spec.where,
-          "the obstacle is thinner than a cell over " +
-              std::to_string(static_cast<int>(100.0 * thin)) +
-              " % of its surface: water would leak through it",
-          "make it at least " + std::to_string(o.grid.dx) + " m thick, or the cells smaller"}});
+          fmt::format("the obstacle is thinner than a cell over {} % of its surface: water would "
+                      "leak through it",
+                      static_cast<int>(100.0 * thin)),
+          fmt::format("make it at least {:f} m thick, or the cells smaller", o.grid.dx)}});
   return mesh;
 }
 
@@ -92,10 +94,10 @@ Part part_needed(const BodySpec& spec) { return spec.modes == 0 ? Part::kRuntime
 void note_cluster(const BodySpec& spec, BuiltScene& built) {
   const ReducedBody& body = built.bodies.back();
   if (spec.every_node || !spec.modes || *spec.modes == body.r) return;
-  const std::string note = "modes: " + body.archetype->name + " takes " + std::to_string(body.r) +
-                           ", not " + std::to_string(*spec.modes) +
-                           ": the last of them have equal frequencies, and fewer would make it "
-                           "stiffer in one direction than in another";
+  const std::string note = fmt::format(
+      "modes: {} takes {}, not {}: the last of them have equal frequencies, and fewer would make "
+      "it stiffer in one direction than in another",
+      body.archetype->name, body.r, *spec.modes);
   if (std::find(built.notes.begin(), built.notes.end(), note) == built.notes.end())
     built.notes.push_back(note);
 }
@@ -153,9 +155,9 @@ void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& b
       if (p.rest.norm() > reach)
         throw InputError(
             {{spec.where,
-              "a point of the joint is " + std::to_string(p.rest.norm()) +
-                  " m from the centre of " + built.body_names[b] + ", a soft body that reaches " +
-                  std::to_string(bounding_radius(*body.archetype)) + " m",
+              fmt::format("a point of the joint is {:f} m from the centre of {}, a soft body that "
+                          "reaches {:f} m",
+                          p.rest.norm(), built.body_names[b], bounding_radius(*body.archetype)),
               "move the body or the point, or make the body rigid (modes = 0)"}});
   };
   demand(joint.a, joint.at_a);
@@ -169,7 +171,7 @@ void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
   built.joints.push_back(make_joint(built.bodies, spec.a, spec.b,
                                     joint_points(spec, *built.bodies[spec.a].archetype)));
   demand_close(spec, built.joints.back(), built);
-  built.joint_names.push_back("[[joint]] " + std::to_string(number));
+  built.joint_names.push_back(fmt::format("[[joint]] {}", number));
 }
 
 BoxSpec box_around(const TriMesh& mesh) {
@@ -268,12 +270,11 @@ void demand_no_rigid_motion(const BodySpec& spec, const Archetype& a) {
     const double linear = m.I3[i].norm() / std::sqrt(m.mass * a.M_r(k, k));
     const double angular = axial(m.A[i]).norm() / std::sqrt(m.Sxx.trace() * a.M_r(k, k));
     if (linear <= kRigid && angular <= kRigid) continue;
-    throw InputError({{spec.where,
-                       "mode " + std::to_string(i + 1) + " of archetype " + spec.archetype +
-                           " moves or turns the body as a whole (" +
-                           std::to_string(100.0 * std::max(linear, angular)) + " % of it)",
-                       "take the rigid motions out of its modes, or build it with "
-                       "archetide-precompute"}});
+    throw InputError(
+        {{spec.where,
+          fmt::format("mode {} of archetype {} moves or turns the body as a whole ({:f} % of it)",
+                      i + 1, spec.archetype, 100.0 * std::max(linear, angular)),
+          "take the rigid motions out of its modes, or build it with archetide-precompute"}});
   }
 }
 
@@ -282,9 +283,9 @@ void demand_every_motion(const BodySpec& spec, const Archetype& a) {
   const int nodes = static_cast<int>(a.tets.nodes.size());
   throw InputError(
       {{spec.modes_where,
-        "the body asks for every degree of freedom, archetype " + spec.archetype + " stores " +
-            std::to_string(a.r()) + " modes of the " + std::to_string(elastic_dofs(nodes)) +
-            " that " + std::to_string(nodes) + " nodes have",
+        fmt::format("the body asks for every degree of freedom, archetype {} stores {} modes of "
+                    "the {} that {} nodes have",
+                    spec.archetype, a.r(), elastic_dofs(nodes), nodes),
         "set modes.count = \"full\" in the body file, with few tets (tet.target), and build it "
         "again"}});
 }
@@ -313,11 +314,13 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
   demand_every_motion(spec, *archetype);
   const int stored = archetype->r();
   if (spec.modes.value_or(0) > stored) {
-    throw InputError({{spec.modes_where,
-                       "the body asks for " + std::to_string(*spec.modes) + " modes, archetype " +
-                           spec.archetype + " stores " + std::to_string(stored),
-                       "ask for at most " + std::to_string(stored) +
-                           ", or raise modes.count in the body file and build it again"}});
+    throw InputError(
+        {{spec.modes_where,
+          fmt::format("the body asks for {} modes, archetype {} stores {}", *spec.modes,
+                      spec.archetype, stored),
+          fmt::format(
+              "ask for at most {}, or raise modes.count in the body file and build it again",
+              stored)}});
   }
   if (archetype->nonlinear() && spec.modes.value_or(stored) % stored != 0)
     throw InputError({{spec.modes_where, "a nonlinear body uses all of its vectors or none",

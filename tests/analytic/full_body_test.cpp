@@ -1,4 +1,5 @@
 // Bodies of nodes in water: every degree of freedom of their tets in the one pressure solve.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -291,7 +292,7 @@ Simulation mixed_tank(Scheme scheme) {
 }
 
 TEST(FullBodyInWater, ResumesBitForBit) {
-  const std::string folder = testing::TempDir() + "full_body_" + std::to_string(::getpid()) + "/";
+  const std::string folder = fmt::format("{}full_body_{}/", testing::TempDir(), ::getpid());
   std::filesystem::create_directories(folder);
   const auto save = [&](Simulation& s, const std::string& name) {
     StateWriter file(folder + name, "test", 1);

@@ -1,4 +1,5 @@
 // Bodies of nodes that touch each other, bodies of modes and rigid ones, or are jointed to them.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -383,8 +384,7 @@ TEST(FullBodyContact, RunsBesideModesAndRigidBodiesInWater) {
 }
 
 TEST(FullBodyContact, ResumesBitForBitWhileItPresses) {
-  const std::string folder =
-      testing::TempDir() + "full_contact_" + std::to_string(::getpid()) + "/";
+  const std::string folder = fmt::format("{}full_contact_{}/", testing::TempDir(), ::getpid());
   std::filesystem::create_directories(folder);
   const auto save = [&](Simulation& s, const std::string& name) {
     StateWriter file(folder + name, "test", 1);

@@ -1,5 +1,6 @@
 // The script of `make -f pipeline.mk paper`: which runs it makes, with programs that only say how they end.
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -66,7 +67,7 @@ class PaperRuns : public testing::Test {
     return {std::istreambuf_iterator<char>(said), {}};
   }
 
-  fs::path top_ = fs::temp_directory_path() / ("archetide_paper_" + std::to_string(::getpid()));
+  fs::path top_ = fs::temp_directory_path() / fmt::format("archetide_paper_{}", ::getpid());
   int code_ = -1;
 };
 

@@ -1,5 +1,6 @@
 // pipeline.mk makes no command of a file's name: with programs that only print their words.
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -50,7 +51,7 @@ class Pipeline : public testing::Test {
 
   bool ran() const { return fs::exists(top_ / "ran"); }
 
-  fs::path top_ = fs::temp_directory_path() / ("archetide_pipeline_" + std::to_string(::getpid()));
+  fs::path top_ = fs::temp_directory_path() / fmt::format("archetide_pipeline_{}", ::getpid());
   int code_ = -1;
 };
 

@@ -2,6 +2,7 @@
 // beside the time that memory bandwidth allows, hypre's PFMG and MIC(0) on the same system.
 //   bench_coupled_solve --help
 
+#include <fmt/core.h>
 #include <omp.h>
 
 #include <algorithm>
@@ -81,8 +82,7 @@ double number(const std::string& name, const char* text, double low, double high
   char* end = nullptr;
   const double value = std::strtod(text, &end);
   if (end == text || *end || !(value >= low) || !(value <= high))
-    refuse(name + " " + text + ": expected a number from " + std::to_string(low) + " to " +
-           std::to_string(high));
+    refuse(fmt::format("{} {}: expected a number from {:f} to {:f}", name, text, low, high));
   return value;
 }
 

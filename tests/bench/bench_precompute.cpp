@@ -3,6 +3,7 @@
 // Usage: bench_precompute [builds] [sphere] [bar] [torus] [wet] [bodies] [large]   (nothing: all)
 //        bench_precompute one SURFACE.obj ORDER TARGET MODES
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -149,7 +150,7 @@ void wet_rows() {
 /// whole build with surface, cut, distance grid, estimated errors and writing of the archetype.
 void build_rows(const std::string& folder) {
   const std::string path =
-      (std::filesystem::temp_directory_path() / ("bench_precompute_" + std::to_string(getpid())))
+      (std::filesystem::temp_directory_path() / fmt::format("bench_precompute_{}", getpid()))
           .string();
   std::printf("\nwhole builds      tets modes |  CPU s target | error %% (estimated)\n");
   Log quiet(Log::Level::kQuiet);

@@ -1,5 +1,7 @@
 // Clocks, languages, threads and names.
 
+#include <fmt/core.h>
+
 #include <cstdlib>
 #include <filesystem>
 
@@ -13,7 +15,7 @@ namespace fs = std::filesystem;
 std::string run_and_compare(Workshop& w, Command c, const std::string& out) {
   fs::remove_all(w / out);
   const Ending end = run(c);
-  if (end.code != 0) return "exit " + std::to_string(end.code) + ": " + end.text;
+  if (end.code != 0) return fmt::format("exit {}: {}", end.code, end.text);
   return w.difference(out);
 }
 
@@ -25,7 +27,7 @@ std::string run_preloaded(Workshop& w, const std::vector<std::string>& environme
   Command build = w.build_into("strange.h5");
   build.environment = c.environment;
   const Ending end = run(build);
-  if (end.code != 0) return "build: exit " + std::to_string(end.code) + ": " + end.text;
+  if (end.code != 0) return fmt::format("build: exit {}: {}", end.code, end.text);
   return w.build_difference("strange.h5");
 }
 
@@ -53,8 +55,8 @@ std::string many_threads(Workshop& w, double share, std::string& figures) {
     c.words.erase(c.words.begin() + 4, c.words.begin() + 6);  // the other -t
     c.seconds = 300.0;
     if (const std::string wrong = run_and_compare(w, c, "r"); !wrong.empty())
-      return std::to_string(threads) + " threads: " + wrong;
-    figures += std::to_string(threads) + " ";
+      return fmt::format("{} threads: {}", threads, wrong);
+    figures += fmt::format("{} ", threads);
   }
   return "";
 }
@@ -72,15 +74,13 @@ std::string every_byte(Workshop& w, double share, std::string& figures) {
     c.words[2] = scene;
     const Ending end = run(c);
     constexpr int kStopped = 75;
-    if (end.code != kStopped)
-      return "byte " + std::to_string(byte) + ": exit " + std::to_string(end.code) + ": " +
-             end.text;
+    if (end.code != kStopped) return fmt::format("byte {}: exit {}: {}", byte, end.code, end.text);
     if (!fs::exists(w / out + "/checkpoint/LATEST"))
-      return "byte " + std::to_string(byte) + ": no checkpoint";
+      return fmt::format("byte {}: no checkpoint", byte);
     fs::remove_all(w / out), fs::remove(w / scene);
     ++names;
   }
-  figures = std::to_string(names) + " names";
+  figures = fmt::format("{} names", names);
   return "";
 }
 

@@ -1,5 +1,6 @@
 // Killed at any moment, the same command goes on to the same result.
 
+#include <fmt/core.h>
 #include <sys/wait.h>
 
 #include <cmath>
@@ -31,13 +32,11 @@ std::string kill_and_repeat(Workshop& w, int count, double latest, const Make& c
     killed += kill_when(child, w.uniform(0.0, latest), kNever);
     ::waitpid(child, nullptr, 0);
     const Ending again = run(command(out));
-    if (again.code != 0)
-      return "trial " + std::to_string(n) + ": exit " + std::to_string(again.code) + " " +
-             again.text;
+    if (again.code != 0) return fmt::format("trial {}: exit {} {}", n, again.code, again.text);
     if (const std::string wrong = difference(out); !wrong.empty())
-      return "trial " + std::to_string(n) + ": " + wrong;
+      return fmt::format("trial {}: {}", n, wrong);
   }
-  figures = std::to_string(killed) + " of " + std::to_string(count) + " killed";
+  figures = fmt::format("{} of {} killed", killed, count);
   return "";
 }
 
@@ -83,10 +82,10 @@ std::string kill_in_checkpoints(Workshop& w, double share, std::string& figures)
       ::waitpid(next, nullptr, 0);
     }
     const Ending end = run(w.run_into(out));
-    if (end.code != 0) return "exit " + std::to_string(end.code) + " " + end.text;
+    if (end.code != 0) return fmt::format("exit {} {}", end.code, end.text);
     if (const std::string wrong = w.difference(out); !wrong.empty()) return wrong;
   }
-  figures = std::to_string(killed) + " killed";
+  figures = fmt::format("{} killed", killed);
   return "";
 }
 

@@ -1,5 +1,6 @@
 // Disks that are full or cannot be written, memory that runs out.
 
+#include <fmt/core.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -20,7 +21,7 @@ constexpr int kInput = 2, kFile = 4, kMachine = 5;
 const char* const kNoRight = "skipped: needs the right to mount (root)";
 
 std::string wrong_code(const Ending& end, const std::string& wanted) {
-  return "exit " + std::to_string(end.code) + " instead of " + wanted + ": " + end.text;
+  return fmt::format("exit {} instead of {}: {}", end.code, wanted, end.text);
 }
 
 // A disk of its own for this process and its children, as long as it lives.
@@ -60,7 +61,7 @@ std::string full_disk(Workshop& w, double share, std::string& figures) {
   for (int n = 0; n < count; ++n) {
     fs::remove_all(w / "disk/r");
     const int kilobytes = 4 * (1 + n * 500 / count);
-    if (!disk.resize(std::to_string(kilobytes) + "k")) return "the disk cannot be resized";
+    if (!disk.resize(fmt::format("{}k", kilobytes))) return "the disk cannot be resized";
     const Ending end = run(w.run_into("disk/r"));
     if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
     if (end.code == kMachine && end.text.empty()) return "no message about a full disk";
@@ -69,9 +70,9 @@ std::string full_disk(Workshop& w, double share, std::string& figures) {
     const Ending again = run(w.run_into("disk/r"));
     if (again.code != 0) return wrong_code(again, "0 with room");
     if (const std::string wrong = w.difference("disk/r"); !wrong.empty())
-      return std::to_string(kilobytes) + " kB: " + wrong;
+      return fmt::format("{} kB: {}", kilobytes, wrong);
   }
-  figures = std::to_string(full) + " of " + std::to_string(count) + " sizes were too small";
+  figures = fmt::format("{} of {} sizes were too small", full, count);
   return "";
 }
 
@@ -81,7 +82,7 @@ std::string full_disk_for_builds(Workshop& w, double share, std::string& figures
   const int count = std::max(2, static_cast<int>(10 * share));
   int full = 0;
   for (int n = 0; n < count; ++n) {
-    disk.resize(std::to_string(4 * (1 + n * 20 / count)) + "k");
+    disk.resize(fmt::format("{}k", 4 * (1 + n * 20 / count)));
     fs::remove(w / "disk/ball.h5");
     const Ending end = run(w.build_into("disk/ball.h5"));
     if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
@@ -92,7 +93,7 @@ std::string full_disk_for_builds(Workshop& w, double share, std::string& figures
       return wrong_code(again, "0 with room");
     if (const std::string wrong = w.build_difference("disk/ball.h5"); !wrong.empty()) return wrong;
   }
-  figures = std::to_string(full) + " of " + std::to_string(count) + " sizes were too small";
+  figures = fmt::format("{} of {} sizes were too small", full, count);
   return "";
 }
 
@@ -149,10 +150,10 @@ std::string little_memory(Command c, double low, double high, int count, std::st
     const Ending end = run(c);
     const bool wrong = end.timed_out || (end.code != 0 && end.code != kMachine &&
                                          end.code != kInput && !never_began(end));
-    if (wrong) return std::to_string(bytes >> 20) + " MB: " + wrong_code(end, "0 or 5");
+    if (wrong) return fmt::format("{} MB: {}", bytes >> 20, wrong_code(end, "0 or 5"));
     failed += end.code != 0;
   }
-  figures = std::to_string(failed) + " of " + std::to_string(count) + " limits were too low";
+  figures = fmt::format("{} of {} limits were too low", failed, count);
   return "";
 }
 

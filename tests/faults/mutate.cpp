@@ -1,6 +1,7 @@
 // Command lines and input files with random mistakes in them: whatever the words, a program ends by itself with an exit
 // code that says whose fault it was and a message, soon, and with bounded memory.
 
+#include <fmt/core.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -228,11 +229,11 @@ class Mutator {
     static const std::array kCodes = {0, 2, 3, 4, 5, 75};
     if (end.deaf) return "does not end on SIGTERM after 60 s";
     if (std::find(kCodes.begin(), kCodes.end(), end.code) == kCodes.end())
-      return "exit " + std::to_string(end.code) + ": " + end.text.substr(0, 400);
+      return fmt::format("exit {}: {}", end.code, end.text.substr(0, 400));
     if (end.code != 0 && end.code != 75 && end.text.empty())
-      return "exit " + std::to_string(end.code) + " without a message";
+      return fmt::format("exit {} without a message", end.code);
     if (end.peak_megabytes > kMostMegabytes)
-      return "takes " + std::to_string(end.peak_megabytes) + " MB";
+      return fmt::format("takes {:f} MB", end.peak_megabytes);
     return "";
   }
 

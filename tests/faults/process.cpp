@@ -1,6 +1,7 @@
 #include "tests/faults/process.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -80,7 +81,7 @@ Ending wait_for(pid_t child, double seconds, const std::string& log) {
 
 Ending run(const Command& command) {
   const std::string log =
-      (std::filesystem::temp_directory_path() / ("archetide_log_" + std::to_string(::getpid())))
+      (std::filesystem::temp_directory_path() / fmt::format("archetide_log_{}", ::getpid()))
           .string();
   return wait_for(start(command, log), command.seconds, log);
 }

@@ -1,5 +1,6 @@
 // Signals that end other programs, and two runs at once.
 
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr int kInput = 2, kMachine = 5, kStopped = 75;
 
 std::string wrong_code(const Ending& end, const std::string& wanted) {
-  return "exit " + std::to_string(end.code) + " instead of " + wanted + ": " + end.text;
+  return fmt::format("exit {} instead of {}: {}", end.code, wanted, end.text);
 }
 
 std::string finish(Workshop& w, const std::string& out) {
@@ -41,7 +42,7 @@ std::string stop_by(int signal, Workshop& w, double share, std::string& figures)
     stopped += end.code == kStopped;
     if (const std::string wrong = finish(w, "r"); !wrong.empty()) return wrong;
   }
-  figures = std::to_string(stopped) + " of " + std::to_string(count) + " stopped";
+  figures = fmt::format("{} of {} stopped", stopped, count);
   return "";
 }
 
@@ -66,7 +67,7 @@ std::string broken_pipe(Workshop& w, double, std::string& figures) {
   const Ending end = run(c);
   if (end.code != 0 && end.code != kMachine && end.code != kStopped)
     return wrong_code(end, "0, 5 or 75");
-  figures = "exit " + std::to_string(end.code);
+  figures = fmt::format("exit {}", end.code);
   return finish(w, "r");
 }
 
@@ -86,9 +87,9 @@ std::string file_size_limit(Workshop& w, double share, std::string& figures) {
     if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
     failed += end.code == kMachine;
     if (const std::string wrong = finish(w, "r"); !wrong.empty())
-      return std::to_string(limit) + " bytes: " + wrong;
+      return fmt::format("{} bytes: {}", limit, wrong);
   }
-  figures = std::to_string(failed) + " of " + std::to_string(count) + " limits reached";
+  figures = fmt::format("{} of {} limits reached", failed, count);
   return "";
 }
 
@@ -104,7 +105,7 @@ std::string two_runs(Workshop& w, double share, std::string& figures) {
     if (!one) return wrong_code(a, "0 and 2") + wrong_code(b, "2 and 0");
     if (const std::string wrong = w.difference("r"); !wrong.empty()) return wrong;
   }
-  figures = std::to_string(count) + " pairs";
+  figures = fmt::format("{} pairs", count);
   return "";
 }
 

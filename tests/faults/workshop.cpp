@@ -1,5 +1,7 @@
 #include "tests/faults/workshop.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <filesystem>
 #include <sstream>
@@ -101,7 +103,7 @@ std::map<std::string, std::string> files_of(const std::string& folder) {
 
 void demand_done(const Ending& end, const std::string& what) {
   if (end.code != 0)
-    throw std::runtime_error(what + " ended with " + std::to_string(end.code) + ":\n" + end.text);
+    throw std::runtime_error(fmt::format("{} ended with {}:\n{}", what, end.code, end.text));
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -24,7 +25,7 @@ class ScratchFile {
  public:
   explicit ScratchFile(const std::string& name)
       : path_((std::filesystem::temp_directory_path() /
-               ("archetide_fuzz_" + std::to_string(::getpid()) + name))
+               fmt::format("archetide_fuzz_{}{}", ::getpid(), name))
                   .string()) {}
   ~ScratchFile() { std::filesystem::remove(path_); }
   ScratchFile(const ScratchFile&) = delete;

@@ -1,5 +1,7 @@
 // Hard cases H1, H2, H10, H12, H19, H26, H35: bodies far lighter, stiffer or faster than the water
 // around them.
+#include <fmt/core.h>
+
 #include "tests/hard/hard_case.h"
 
 namespace archetide {
@@ -51,7 +53,7 @@ void expect_any_density(int cells, double end, const std::vector<double>& ratios
   const int normal = release_ball(cells, 0.5, end).iterations;
   for (const double s : ratios) {
     const ReleasedBall ball = release_ball(cells, s, end);
-    const std::string at = " at density ratio " + std::to_string(s);
+    const std::string at = fmt::format(" at density ratio {:f}", s);
     expect_at_most(("error of the first acceleration" + at).c_str(),
                    std::abs(ball.acceleration_error), bound);
     expect_at_most(("iterations against those at ratio 0.5" + at).c_str(),
@@ -107,7 +109,7 @@ Leap leap(int cells, double ratio) {
 void expect_leaps(int cells, const std::vector<double>& ratios, double rise, double speed_up) {
   for (const double s : ratios) {
     const Leap ball = leap(cells, s);
-    const std::string at = " at density ratio " + std::to_string(s);
+    const std::string at = fmt::format(" at density ratio {:f}", s);
     expect_at_most(("rise of the energy, of the work" + at).c_str(), ball.rise, rise);
     // As much as the energy of the water that moves with it can give: sqrt(1 + 0.5 / s).
     expect_at_most(("fastest over fastest under water, of the energy's bound" + at).c_str(),

@@ -1,4 +1,5 @@
 // H31: a run that is stopped and resumed is the run that was not, bit for bit.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -18,7 +19,7 @@ namespace {
 
 class Resume : public ::testing::Test {
  protected:
-  Resume() : folder_(testing::TempDir() + "resume_" + std::to_string(::getpid()) + "/") {
+  Resume() : folder_(fmt::format("{}resume_{}/", testing::TempDir(), ::getpid())) {
     std::filesystem::create_directories(folder_);
   }
   ~Resume() override { std::filesystem::remove_all(folder_); }

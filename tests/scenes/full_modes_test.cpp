@@ -1,4 +1,5 @@
 // modes = "full", from a mesh of tets to a finished run.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 
 class FullModes : public testing::Test {
  protected:
-  FullModes() : folder_(testing::TempDir() + "full_" + std::to_string(::getpid()) + "/") {
+  FullModes() : folder_(fmt::format("{}full_{}/", testing::TempDir(), ::getpid())) {
     fs::create_directories(folder_);
     std::ofstream mesh(folder_ + "bar.mesh");
     const TetMesh tets = box_tets(Vec3(0.4, 0.2, 0.2), Vec3i(3, 2, 2));  // 36 nodes

@@ -1,4 +1,5 @@
 // The contact scenes of the paper (Figs. 3, 6, 7, 10), coarse: archetypes and runs by the programs.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,7 +34,7 @@ class CoarseScene {
  public:
   explicit CoarseScene(Coarse coarse)
       : coarse_(std::move(coarse)),
-        folder_(testing::TempDir() + "paper_" + coarse_.scene + std::to_string(::getpid())) {
+        folder_(fmt::format("{}paper_{}{}", testing::TempDir(), coarse_.scene, ::getpid())) {
     fs::create_directories(folder_);
   }
   ~CoarseScene() { fs::remove_all(folder_); }
@@ -46,10 +47,11 @@ class CoarseScene {
                  coarse_.archetype + ".body.toml -o " + folder_ + "/" + coarse_.archetype + ".h5");
   }
   int run(const std::string& settings) const {
-    return shell(ARCHETIDE_SIM_BIN " run " ARCHETIDE_ASSETS "/scenes/" + coarse_.scene +
-                 ".scene.toml -q -t 1 --archetypes " + folder_ + " -o " + folder_ +
-                 "/run --set 'fluid.grid=" + coarse_.grid + "' --set fluid.cell=" + coarse_.cell +
-                 " --set time.end=" + std::to_string(coarse_.end) + settings);
+    return shell(
+        fmt::format("{} run {}/scenes/{}.scene.toml -q -t 1 --archetypes {} -o {}/run "
+                    "--set 'fluid.grid={}' --set fluid.cell={} --set time.end={:f}{}",
+                    ARCHETIDE_SIM_BIN, ARCHETIDE_ASSETS, coarse_.scene, folder_, folder_,
+                    coarse_.grid, coarse_.cell, coarse_.end, settings));
   }
   CsvTable table(const std::string& name) const { return read_csv(folder_ + "/run/" + name); }
 

@@ -1,4 +1,5 @@
 // The program stopped and resumed, and what it leaves behind when the numbers fail.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -69,7 +70,7 @@ deformation_min = 0.0
 
 class RunProgram : public ::testing::Test {
  protected:
-  RunProgram() : folder_(testing::TempDir() + "run_" + std::to_string(::getpid()) + "/") {
+  RunProgram() : folder_(fmt::format("{}run_{}/", testing::TempDir(), ::getpid())) {
     fs::create_directories(folder_);
     SyntheticOptions soft;
     soft.r = 3, soft.density = 600.0, soft.first_omega = 30.0, soft.beta = 0.001;

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <map>
 
@@ -17,7 +19,7 @@ ScoreRow draft_row(int cells, double ratio) {
     char quantity[64];
     std::snprintf(quantity, sizeof quantity, "draft error / radius, ratio %g", ratio);
     // Asked for: 1 % of the radius at 8 cells; twice that at 4.
-    ScoreRow row = score(quantity, std::to_string(cells) + " cells per radius", r.draft,
+    ScoreRow row = score(quantity, fmt::format("{} cells per radius", cells), r.draft,
                          exact_draft(ratio), cells < 8 ? 0.02 : 0.01, r.iterations);
     row.error = r.draft - row.reference;  // in radii
     return row;
@@ -39,7 +41,7 @@ std::vector<ScoreRow> momentum() {
     rows.push_back(timed([&] {
       const TankMomentum m = closed_tank_momentum(cells);
       // The solver's tolerance, 1e-8, of the momentum that is there.
-      return score("|P_water + rho V v| / rho V |v|", std::to_string(cells) + " cells per radius",
+      return score("|P_water + rho V v| / rho V |v|", fmt::format("{} cells per radius", cells),
                    m.worst, 0.0, 3e-8, m.iterations);
     }));
   fill_orders(rows);
@@ -85,7 +87,7 @@ std::vector<ScoreRow> conservation() {
     rows.push_back(score(name + ", change by transport", resolution, r.transport, 0.0, 0.01));
   };
   for (const int n : {32, 48}) {
-    const std::string resolution = std::to_string(n) + "^3";
+    const std::string resolution = fmt::format("{}^3", n);
     const ConservationResult blob = drifting_blob(n);
     rows.push_back(score("blob, momentum change", resolution, blob.momentum, 0.0, 1e-3));
     rows.push_back(
@@ -127,8 +129,7 @@ std::vector<ScoreRow> cylinder() {
     for (const int cells : {4, 8}) {
       const CpuClock clock;
       const CylinderRinging r = ringing_cylinder(degree, cells);
-      const std::string resolution =
-          "n = " + std::to_string(degree) + ", " + std::to_string(cells) + " cells per radius";
+      const std::string resolution = fmt::format("n = {}, {} cells per radius", degree, cells);
       rows.push_back(score("ringing cylinder, frequency error", resolution, r.frequency, 0.0,
                            cells < 8 ? 0.015 : 0.004, r.iterations));
       rows.back().cpu_seconds = clock.seconds();

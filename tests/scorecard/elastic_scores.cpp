@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cstdio>
 
 #include "tests/scorecard/reference_data.h"
@@ -11,7 +13,7 @@ namespace archetide {
 namespace {
 
 std::string tets(const ElasticResult& r, int order) {
-  return std::to_string(r.body.mesh.tets.size()) + (order == 2 ? " P2 tets" : " P1 tets");
+  return fmt::format("{}{}", r.body.mesh.tets.size(), order == 2 ? " P2 tets" : " P1 tets");
 }
 
 std::vector<ScoreRow> dry_sphere() {
@@ -40,7 +42,7 @@ std::vector<ScoreRow> bar() {
   const double goals[4] = {1e-3, 2e-3, 3e-3, 5e-3};
   for (int k = 0; k < 4; ++k)
     rows.push_back(
-        score("bending frequency " + std::to_string(k + 1), tets(r, 2), errors[k], 0.0, goals[k]));
+        score(fmt::format("bending frequency {}", k + 1), tets(r, 2), errors[k], 0.0, goals[k]));
   for (ScoreRow& row : rows) row.cpu_seconds = clock.seconds();
   return rows;
 }
@@ -57,8 +59,8 @@ std::vector<ScoreRow> wet_sphere_rows() {
     const double x =
         wet_sphere::lowest(r.body.mesh, r.modes, r.modes.omega2.size(), m, 2.0 * m.density);
     ScoreRow row = score("lowest wet frequency, n = 2",
-                         std::to_string(r.modes.vibration_modes()) + " dry modes" +
-                             (pressure ? " and static vectors" : ""),
+                         fmt::format("{} dry modes{}", r.modes.vibration_modes(),
+                                     pressure ? " and static vectors" : ""),
                          x, wet_sphere::kExact, 2e-3);  // asked for
     if (known != 0.0) row = known_miss(row, known, reason);
     row.cpu_seconds = clock.seconds();

@@ -1,5 +1,7 @@
 #include "tests/scorecard/measurements_page.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -43,7 +45,7 @@ std::string number(const TextTable& t, std::size_t n, const char* column, const 
 }
 
 std::string count_text(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what;
+  return fmt::format("{} {}", count, what);
 }
 
 // ---- Known answers ----

@@ -1,10 +1,12 @@
+#include <fmt/core.h>
+
 #include "tests/scorecard/score.h"
 #include "tests/support/single_solve_cases.h"
 
 namespace archetide {
 namespace {
 
-std::string cells(int n) { return std::to_string(n) + " cells per radius"; }
+std::string cells(int n) { return fmt::format("{} cells per radius", n); }
 
 // Asked for: 0.5 % at 4 and 0.1 % at 8 cells per radius.
 double added_mass_target(int n) { return n < 8 ? 5e-3 : 1e-3; }
@@ -122,7 +124,7 @@ std::vector<ScoreRow> dam_break() {
   for (const int n : {16, 32, 64}) {
     const CpuClock clock;
     const DamBreakStart d = dam_break_start(n);
-    const std::string resolution = std::to_string(n) + " cells";
+    const std::string resolution = fmt::format("{} cells", n);
     // Second order but for the corner, where the pressure's gradient is infinite (logarithm): 1 %
     // at 16 cells and half of that with each halving.
     const double target = 0.16 / n;

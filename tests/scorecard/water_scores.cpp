@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,7 +17,7 @@ std::vector<ScoreRow> still_water() {
   std::vector<ScoreRow> rows;
   for (const int particles : {0, 16})
     rows.push_back(timed([&] {
-      return score("largest speed / sqrt(g h)", std::to_string(particles) + " particles a cell",
+      return score("largest speed / sqrt(g h)", fmt::format("{} particles a cell", particles),
                    still_tank_speed(particles), 0.0, 1e-9);
     }));
   return rows;
@@ -77,7 +79,7 @@ std::vector<ScoreRow> vortices() {
     rows.push_back(timed([&] {
       // No closed form: its own solution at 128^2. The target is second order from 3 % at 16^2.
       const double error = (unsteady_vortices(n, 1.0) - reference).norm() / reference.norm();
-      return score("velocity, rms of 9 probes", std::to_string(n) + "^2, CFL 1", error, 0.0,
+      return score("velocity, rms of 9 probes", fmt::format("{}^2, CFL 1", n), error, 0.0,
                    0.03 * 256.0 / (n * n));
     }));
   fill_orders(rows);
@@ -105,7 +107,7 @@ ScoreRow drop_row(const char* quantity, int n, const DropResult& r, int time, do
   const double error =
       std::max(std::abs(r.long_axis[time] / a - 1.0), std::abs(r.short_axis[time] / b - 1.0));
   ScoreRow row =
-      score(quantity, std::to_string(n) + " cells per radius", error, 0.0, target, r.iterations);
+      score(quantity, fmt::format("{} cells per radius", n), error, 0.0, target, r.iterations);
   row.cpu_seconds = seconds;
   return row;
 }
@@ -156,7 +158,7 @@ std::vector<ScoreRow> zalesak() {
   std::vector<ScoreRow> rows;
   for (const int particles : {0, 32})
     rows.push_back(timed([&] {
-      return score("area", "100^2, " + std::to_string(particles) + " particles a cell",
+      return score("area", fmt::format("100^2, {} particles a cell", particles),
                    zalesak_disk(particles).area_change, 0.0, 0.005);
     }));
   return rows;
@@ -198,7 +200,7 @@ std::vector<ScoreRow> column() {
       const double off = at_time(r, r.height, row[0] * unit) / (2 * kWidth) - row[1];
       height_off += off * off, ++heights;
     }
-    const std::string resolution = std::to_string(n) + " cells a width";
+    const std::string resolution = fmt::format("{} cells a width", n);
     // The gate takes time to go and the floor has friction: inviscid fronts are ahead. Published
     // calculations lie within 10 % of the front and 3 % of the height.
     rows.push_back(known_miss(

@@ -1,5 +1,7 @@
 #include "tests/support/skinned_bar.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,7 +55,7 @@ SkinnedBar skinned_bar(const std::vector<double>& ends, double blend, double ove
           linear_alone(deformable_archetype(box_tets(lengths, Vec3i(cells, 2, 2)), options)));
       archetype = bar.shapes.back().archetype;
     }
-    archetype->name = "part" + std::to_string(p);
+    archetype->name = fmt::format("part{}", p);
     archetype->centre = centre;
     skin->parts.push_back(archetype->name);
     archetypes.push_back(archetype);

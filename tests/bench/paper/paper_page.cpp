@@ -1,5 +1,7 @@
 #include "tests/bench/paper/paper_page.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -60,7 +62,7 @@ std::string small(double x) { return x < 1e-12 ? "0" : scientific_text(x); }
 
 /// "1 thread", "2 threads".
 std::string counted(std::size_t n, const std::string& one, const std::string& many) {
-  return std::to_string(n) + ' ' + (n == 1 ? one : many);
+  return fmt::format("{} {}", n, n == 1 ? one : many);
 }
 
 Cell minute_over(double seconds) {

@@ -1,5 +1,7 @@
 #include "tests/bench/paper/paper_scenes.h"
 
+#include <fmt/core.h>
+
 #include <cstdlib>
 #include <sstream>
 
@@ -50,7 +52,7 @@ std::vector<PaperScene> read_paper_scenes(const std::string& path) {
     if (trimmed(text).empty() || text[0] == '#') continue;
     const std::vector<std::string> f = fields_of(text);
     if (f.size() != kFields)
-      throw refused(path, line, std::to_string(f.size()) + " fields, not 7",
+      throw refused(path, line, fmt::format("{} fields, not 7", f.size()),
                     "name | figure | scene | goal | settings | quick settings | what it shows");
     scenes.push_back({f[0], f[1], f[2], goal_of(f[3], path, line), f[4], f[6]});
   }

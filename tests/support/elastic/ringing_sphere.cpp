@@ -1,5 +1,6 @@
 #include "tests/support/elastic/ringing_sphere.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <Eigen/Eigenvalues>
@@ -85,7 +86,7 @@ WetMode wet_mode(const Archetype& a, int degree, double omega) {
 std::shared_ptr<const Archetype> soft_sphere(int tets) {
   namespace fs = std::filesystem;
   const fs::path file =
-      fs::temp_directory_path() / ("archetide_sphere_" + std::to_string(::getpid()) + ".obj");
+      fs::temp_directory_path() / fmt::format("archetide_sphere_{}.obj", ::getpid());
   {
     const TriMesh ball = icosphere(5, kRadius);
     std::ofstream out(file);

@@ -1,5 +1,6 @@
 #include "runtime/numerics/parallel.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,7 +44,7 @@ TEST(ForEach, ExceptionsReachTheCaller) {
   omp_set_num_threads(4);
   const auto fails_at = [](int bad) {
     return [bad](auto i) {
-      if (static_cast<int>(i) == bad) throw std::length_error("piece " + std::to_string(bad));
+      if (static_cast<int>(i) == bad) throw std::length_error(fmt::format("piece {}", bad));
     };
   };
   for (const int bad : {0, 17, 99}) {

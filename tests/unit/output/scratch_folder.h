@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -13,7 +14,7 @@ class ScratchFolder {
   ScratchFolder() {
     static int count = 0;
     path_ = (std::filesystem::temp_directory_path() /
-             ("archetide_output_" + std::to_string(getpid()) + "_" + std::to_string(count++)))
+             fmt::format("archetide_output_{}_{}", getpid(), count++))
                 .string();
     std::filesystem::create_directories(path_);
   }

@@ -1,5 +1,6 @@
 #include "precompute/build.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -69,10 +70,11 @@ TEST(Build, SurfaceOfANeutralBodyHasItsVolumeAndCentre) {
   for (const char* shape : {"ball", "torus", "box"})
     for (const int order : {1, 2}) {
       const Archetype a = built(folder.write(
-          "a.body.toml", "schema = 1\nmesh = \"" + std::string(shape) +
-                             ".off\"\ntet = { target = 600, order = " + std::to_string(order) +
-                             " }\nmodes = { count = 0 }\nmaterial = { density = 1000.0, " +
-                             "young = 1e5, poisson = 0.3 }\n"));
+          "a.body.toml",
+          fmt::format("schema = 1\nmesh = \"{}.off\"\ntet = {{ target = 600, order = {} }}\n"
+                      "modes = {{ count = 0 }}\n"
+                      "material = {{ density = 1000.0, young = 1e5, poisson = 0.3 }}\n",
+                      shape, order)));
       EXPECT_EQ(a.tets.order(), order);
       EXPECT_NEAR(enclosed_volume(a.surface) * 1000.0 / a.integrals.mass, 1.0, 1e-14) << shape;
       EXPECT_LT(enclosed_centroid(a.surface).norm(), 1e-14) << shape;

@@ -1,5 +1,6 @@
 // The program as it is called.
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -41,7 +42,7 @@ TEST(CommandLine, UnknownVerbsAreAnsweredWithAList) {
 TEST(CommandLine, EndsHoweverLittleAddressSpaceThereIs) {
   constexpr int kTimedOut = 124;  // of `timeout`
   for (int megabytes = 150; megabytes <= 400; megabytes += 20) {
-    const std::string limit = "ulimit -v " + std::to_string(1024 * megabytes) + "; timeout 10 ";
+    const std::string limit = fmt::format("ulimit -v {}; timeout 10 ", 1024 * megabytes);
     ASSERT_NE(program("schema", limit).exit_code, kTimedOut) << megabytes << " MB";
   }
 }

@@ -1,6 +1,7 @@
 // The program is stopped or killed in the middle: an older archetype stays as it was.
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -79,7 +80,7 @@ class Child {
 bool ends_soon(pid_t pid) {
   for (int tenth = 0; tenth < 100; ++tenth) {
     std::string number, name, state;
-    std::ifstream("/proc/" + std::to_string(pid) + "/stat") >> number >> name >> state;
+    std::ifstream(fmt::format("/proc/{}/stat", pid)) >> number >> name >> state;
     if (state.empty() || state == "Z") return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
@@ -90,11 +91,11 @@ TEST(Interrupt, LeavesTheOldArchetype) {
   const ScratchFolder folder;
   write_ply(folder.file("ball.ply"), shapes::sphere(1.0, 3));
   const auto body = [&](int target) {
-    return folder.write(
-        "ball.body.toml",
-        "schema = 1\nmesh = \"ball.ply\"\ntet = { target = " + std::to_string(target) +
-            " }\nmaterial = { density = 800.0, young = 1e5, poisson = 0.3 }\n"
-            "modes = { count = 2 }\n");
+    return folder.write("ball.body.toml",
+                        fmt::format("schema = 1\nmesh = \"ball.ply\"\ntet = {{ target = {} }}\n"
+                                    "material = {{ density = 800.0, young = 1e5, poisson = 0.3 }}\n"
+                                    "modes = {{ count = 2 }}\n",
+                                    target));
   };
   const std::string out = folder.file("ball.h5");
   const std::vector<std::string> command = {ARCHETIDE_PRECOMPUTE_BIN, "build", body(100), "-o",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -29,7 +30,7 @@ inline std::string as_off(const TriMesh& m) {
 class ScratchFolder {
  public:
   ScratchFolder()
-      : path_(testing::TempDir() + "archetide_" + std::to_string(::getpid()) + "_" + unique()) {
+      : path_(fmt::format("{}archetide_{}_{}", testing::TempDir(), ::getpid(), unique())) {
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() { std::filesystem::remove_all(path_); }

@@ -1,5 +1,6 @@
 #include "precompute/propose.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -82,7 +83,7 @@ TEST(Propose, ABarBuildsAsSoftAsToldUnderAnOddName) {
   EXPECT_EQ(a.mesh_file, name);
   EXPECT_EQ(a.density, 1200.0);
   EXPECT_EQ(a.beta, 0.005);
-  EXPECT_TRUE(holds(proposal.text, "modes = { count = " + std::to_string(a.r()) + " }"));
+  EXPECT_TRUE(holds(proposal.text, fmt::format("modes = {{ count = {} }}", a.r())));
   EXPECT_NEAR(sag_of(a), 0.04, 0.02 * 0.04) << proposal.text;
 }
 

@@ -1,6 +1,7 @@
 // What a scene foretells of the deformation of its bodies.
 #include "runtime/scene/deformation_forecast.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "runtime/scene/parse_scene.h"
@@ -14,8 +15,7 @@ const std::string kHead = "schema = 1\ntime = { end = 1.0 }\n";
 const std::string kTank = "[fluid]\ngrid = [32, 32, 32]\ncell = 0.25\nwater = { level = 0 }\n";
 
 std::string body_at(double x, double z, const std::string& more = "") {
-  return "[[body]]\narchetype = \"tetra\"\nposition = [" + std::to_string(x) + ", 4, " +
-         std::to_string(z) + "]\n" + more;
+  return fmt::format("[[body]]\narchetype = \"tetra\"\nposition = [{:f}, 4, {:f}]\n{}", x, z, more);
 }
 
 class Forecast : public testing::Test {
@@ -76,10 +76,11 @@ TEST_F(Forecast, SoftBodiesAreNotedAndStiffOnesAreNot) {
 // Light bodies that fall on a corner: the water gives way more than another of them does.
 TEST_F(Forecast, InACrowdTheyFallOnEachOther) {
   const auto scattered = [&](int count, const std::string& bodies) {
-    return build("[fluid]\ngrid = [32, 32, 32]\ncell = 0.25\nwater = { level = 2 }\n" +
-                 ("[contact]\nbodies = " + bodies) +
-                 "\n[[scatter]]\narchetype = \"tetra\"\ncount = " + std::to_string(count) +
-                 "\nbox = [[2, 2, 5], [6, 6, 5]]\n")
+    return build(fmt::format(
+                     "[fluid]\ngrid = [32, 32, 32]\ncell = 0.25\nwater = {{ level = 2 }}\n"
+                     "[contact]\nbodies = {}\n[[scatter]]\narchetype = \"tetra\"\ncount = {}\n"
+                     "box = [[2, 2, 5], [6, 6, 5]]\n",
+                     bodies, count))
         .forecasts.at(0);
   };
   const DeformationForecast crowd = scattered(2, "true"), apart = scattered(2, "false");

@@ -1,6 +1,7 @@
 // What a body meets on its way down, and how fast, against closed forms.
 #include "runtime/scene/fall.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,10 +26,11 @@ class FallTest : public testing::Test {
   /// Of a tetrahedron in a tank of 4 m x 4 m x `layers` cells of 0.25 m; `more`: keys of its body.
   Fall fall(const std::string& head, const std::string& water, const std::string& more,
             int layers = 16) const {
-    folder_.write("s.scene.toml", "schema = 1\ntime = { end = 1.0 }\n" + head +
-                                      "\n[fluid]\ngrid = [16, 16, " + std::to_string(layers) +
-                                      "]\ncell = 0.25\n" + water +
-                                      "\n[[body]]\narchetype = \"tetra\"\nmodes = 0\n" + more);
+    folder_.write(
+        "s.scene.toml",
+        fmt::format("schema = 1\ntime = {{ end = 1.0 }}\n{}\n[fluid]\ngrid = [16, 16, {}]\n"
+                    "cell = 0.25\n{}\n[[body]]\narchetype = \"tetra\"\nmodes = 0\n{}",
+                    head, layers, water, more));
     ArchetypeLibrary library(folder_.path(), folder_.path());
     const SceneSpec scene = parse_scene(folder_ / "s.scene.toml");
     const BuiltScene built = build_scene(scene, library);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,8 +18,7 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     static int count = 0;
-    path_ =
-        testing::TempDir() + "scene_" + std::to_string(::getpid()) + "_" + std::to_string(count++);
+    path_ = fmt::format("{}scene_{}_{}", testing::TempDir(), ::getpid(), count++);
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() { std::filesystem::remove_all(path_); }

@@ -1,5 +1,6 @@
 #include "common/archetype/archetype.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,7 +18,7 @@ namespace archetide {
 namespace {
 
 std::string scratch(const std::string& name) {
-  return testing::TempDir() + "archetype_" + std::to_string(::getpid()) + "_" + name;
+  return fmt::format("{}archetype_{}_{}", testing::TempDir(), ::getpid(), name);
 }
 
 void put_bytes(const std::string& path, const std::string& bytes) {

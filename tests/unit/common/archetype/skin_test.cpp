@@ -1,5 +1,6 @@
 #include "common/archetype/skin.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -15,7 +16,7 @@ namespace archetide {
 namespace {
 
 std::string scratch(const std::string& name) {
-  return testing::TempDir() + "skin_" + std::to_string(::getpid()) + "_" + name;
+  return fmt::format("{}skin_{}_{}", testing::TempDir(), ::getpid(), name);
 }
 
 Skin sample() {

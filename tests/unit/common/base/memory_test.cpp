@@ -1,5 +1,6 @@
 #include "common/base/memory.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -51,7 +52,7 @@ class Groups {
   }
 
  private:
-  std::filesystem::path top_ = testing::TempDir() + "groups_" + std::to_string(::getpid());
+  std::filesystem::path top_ = fmt::format("{}groups_{}", testing::TempDir(), ::getpid());
 };
 
 TEST(Memory, TheTightestGroupOfVersion2Counts) {

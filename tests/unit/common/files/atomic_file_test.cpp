@@ -1,5 +1,6 @@
 #include "common/files/atomic_file.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,9 +15,7 @@
 namespace archetide {
 namespace {
 
-std::string scratch() {
-  return testing::TempDir() + "atomic_" + std::to_string(::getpid()) + ".txt";
-}
+std::string scratch() { return fmt::format("{}atomic_{}.txt", testing::TempDir(), ::getpid()); }
 
 TEST(AtomicFile, ReplacesTheOldFileOnlyAtTheCommit) {
   const std::string path = scratch();

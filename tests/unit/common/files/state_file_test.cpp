@@ -1,6 +1,7 @@
 // What a state may hold, whatever its hash says.
 #include "common/files/state_file.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -33,7 +34,7 @@ class StateFile : public ::testing::Test {
       return error.what();
     }
   }
-  const std::string path_ = testing::TempDir() + "state_" + std::to_string(::getpid()) + ".h5";
+  const std::string path_ = fmt::format("{}state_{}.h5", testing::TempDir(), ::getpid());
 };
 
 TEST_F(StateFile, StatesAreNumbersButRecordsMayBeUnset) {

@@ -1,5 +1,6 @@
 #include "common/params/params.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -312,7 +313,7 @@ TEST(Parser, TextThatTheParserHoldsImpossibleIsASyntaxError) {
 }
 
 TEST(Parser, EmptyFileLacksItsKeys) {
-  const std::string path = testing::TempDir() + "empty_" + std::to_string(::getpid()) + ".toml";
+  const std::string path = fmt::format("{}empty_{}.toml", testing::TempDir(), ::getpid());
   std::ofstream(path).flush();
   EXPECT_EQ(read_param_file(path), "");
   EXPECT_THROW(Document::read(path, sample_schema()), InputError);

@@ -1,5 +1,6 @@
 #include "precompute/inspect/report.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <unistd.h>
@@ -39,11 +40,11 @@ Archetype ball(const ScratchFolder& folder, BuildRecord& record, int order = 1) 
   for (Vec3& x : mesh.vertices) x += Vec3(2, 4, 6);
   write_ply(folder.file("ball.ply"), mesh);
   const std::string recipe = folder.write(
-      "ball.body.toml",
-      "schema = 1\nmesh = \"ball.ply\"\nscale = 0.5\ntet = { target = 1500, order = " +
-          std::to_string(order) +
-          " }\n"
-          "material = { density = 800.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 5 }\n");
+      "ball.body.toml", fmt::format("schema = 1\nmesh = \"ball.ply\"\nscale = 0.5\n"
+                                    "tet = {{ target = 1500, order = {} }}\n"
+                                    "material = {{ density = 800.0, young = 1e5, poisson = 0.3 }}\n"
+                                    "modes = {{ count = 5 }}\n",
+                                    order));
   Log log(Log::Level::kQuiet);
   Profile profile;
   Archetype a = build_archetype(read_recipe(recipe), log, profile, &record);
@@ -179,7 +180,7 @@ TEST(Histogram, CountsEveryValueOnce) {
 /// Our reader refuses views in files of strangers.
 VecX view_of_mode(const std::string& path, int k) {
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-  const std::string name = "VTKHDF/PointData/mode_" + std::to_string(k + 1);
+  const std::string name = fmt::format("VTKHDF/PointData/mode_{}", k + 1);
   const hid_t set = H5Dopen2(file, name.c_str(), H5P_DEFAULT), space = H5Dget_space(set);
   VecX values(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
   EXPECT_GE(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);

@@ -1,5 +1,6 @@
 #include "precompute/intake/cut.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -120,13 +121,9 @@ struct Bar {
   Bar() {
     TriMesh mesh = shapes::box(Vec3(4, 1, 1), 32);
     for (Vec3& x : mesh.vertices) x -= Vec3(2, 0.5, 0.5);
-    std::string off = "OFF " + std::to_string(mesh.vertices.size()) + " " +
-                      std::to_string(mesh.triangles.size()) + " 0\n";
-    for (const Vec3& x : mesh.vertices)
-      off += std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
-    for (const Vec3i& t : mesh.triangles)
-      off += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
-             "\n";
+    std::string off = fmt::format("OFF {} {} 0\n", mesh.vertices.size(), mesh.triangles.size());
+    for (const Vec3& x : mesh.vertices) off += fmt::format("{:f} {:f} {:f}\n", x[0], x[1], x[2]);
+    for (const Vec3i& t : mesh.triangles) off += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
     folder.write("bar.off", off);
     write("left", "[{ plane = [[-1, 0, 0], [1, 0, 0]] }]");
     write("right", "[{ plane = [[1, 0, 0], [1, 0, 0]], keep = \"outside\" }]");
@@ -189,9 +186,9 @@ TEST(SkinWeights, NameAtMostFourPartsAVertex) {
   std::string parts = "parts = [";
   for (int k = 0; k < 6; ++k) {
     const double low = k == 0 ? -3.0 : -1.5 + 0.5 * k, high = k == 5 ? 3.0 : -1.0 + 0.5 * k;
-    bar.write("slice" + std::to_string(k), "[{ box = [[" + std::to_string(low) + ", -2, -2], [" +
-                                               std::to_string(high) + ", 2, 2]] }]");
-    parts += "\"slice" + std::to_string(k) + ".body.toml\", ";
+    bar.write(fmt::format("slice{}", k),
+              fmt::format("[{{ box = [[{:f}, -2, -2], [{:f}, 2, 2]] }}]", low, high));
+    parts += fmt::format("\"slice{}.body.toml\", ", k);
   }
   validate(bar.built(parts + "]\nblend = 4.0\n"));
 }
