@@ -5,17 +5,11 @@
 #include <sstream>
 #include <unordered_map>
 
+#include "common/base/byte_stream.h"
 #include "common/files/atomic_file.h"
+#include "common/files/ply_bytes.h"
 
 namespace archetide {
-namespace {
-
-template <class T>
-void append(std::string& bytes, const T& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-}  // namespace
 
 TriMesh part_of(const TriMesh& mesh, const std::vector<int>& triangles) {
   TriMesh part;
@@ -31,18 +25,11 @@ TriMesh part_of(const TriMesh& mesh, const std::vector<int>& triangles) {
 }
 
 void write_ply(const std::string& path, const TriMesh& mesh) {
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n"
-      "property double y\nproperty double z\nelement face {}\n"
-      "property list uchar int vertex_indices\nend_header\n",
-      mesh.vertices.size(), mesh.triangles.size());
-  for (const Vec3& x : mesh.vertices) {
-    for (const double coordinate : x) append(bytes, coordinate);
-  }
-  for (const Vec3i& t : mesh.triangles) {
-    append(bytes, static_cast<unsigned char>(3));
-    for (const int v : t) append(bytes, v);
-  }
+  std::string bytes =
+      ply_header("", "double", {"x", "y", "z"}, mesh.vertices.size(), mesh.triangles.size());
+  for (const Vec3& x : mesh.vertices)
+    for (const double coordinate : x) append_number(bytes, coordinate);
+  append_ply_faces(bytes, mesh.triangles);
   write_file_atomically(path, bytes);
 }
 

@@ -2,26 +2,19 @@
 
 #include <fmt/core.h>
 
-#include <sstream>
-
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
 #include "common/files/atomic_file.h"
+#include "common/files/ply_bytes.h"
 
 namespace archetide {
 namespace {
 
 constexpr std::size_t kVertexBytes = 6 * sizeof(float);
-constexpr std::size_t kFaceBytes = 1 + 3 * sizeof(int);
 
 std::string header(std::size_t vertices, std::size_t faces) {
-  std::ostringstream text;
-  text << "ply\nformat binary_little_endian 1.0\ncomment archetide, metres, z up\nelement vertex "
-       << vertices << '\n';
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
-    text << "property float " << name << '\n';
-  text << "element face " << faces << "\nproperty list uchar int vertex_indices\nend_header\n";
-  return text.str();
+  return ply_header("archetide, metres, z up", "float", {"x", "y", "z", "nx", "ny", "nz"}, vertices,
+                    faces);
 }
 
 // The count after "element vertex " or "element face ".
@@ -43,14 +36,11 @@ Vec3 take_vector(const std::string& bytes, std::size_t& offset) {
 void write_ply(const std::string& path, const SurfaceMesh& mesh) {
   std::string bytes = header(mesh.vertices.size(), mesh.triangles.size());
   bytes.reserve(bytes.size() + mesh.vertices.size() * kVertexBytes +
-                mesh.triangles.size() * kFaceBytes);
+                mesh.triangles.size() * kPlyFaceBytes);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     for (const Vec3* x : {&mesh.vertices[v], &mesh.normals[v]})
       for (int a = 0; a < 3; ++a) append_number(bytes, static_cast<float>((*x)[a]));
-  for (const Vec3i& t : mesh.triangles) {
-    append_number(bytes, static_cast<unsigned char>(3));
-    for (int c = 0; c < 3; ++c) append_number(bytes, t[c]);
-  }
+  append_ply_faces(bytes, mesh.triangles);
   write_file_atomically(path, bytes);
 }
 
@@ -61,7 +51,7 @@ SurfaceMesh read_ply(const std::string& path) {
   const std::string expected = header(vertices, faces);
   if (bytes.compare(0, expected.size(), expected) != 0)
     throw FileError(path + ": not a PLY file of this program");
-  if (bytes.size() != expected.size() + vertices * kVertexBytes + faces * kFaceBytes)
+  if (bytes.size() != expected.size() + vertices * kVertexBytes + faces * kPlyFaceBytes)
     throw FileError(path + ": truncated");
 
   SurfaceMesh mesh;
