@@ -1,17 +1,13 @@
 // Bodies of nodes in water: every degree of freedom of their tets in the one pressure solve.
-#include <fmt/core.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 
-#include "common/base/sha256.h"
-#include "common/files/state_file.h"
 #include "runtime/simulation.h"
 #include "tests/support/dense_eq45.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/full_blob.h"
+#include "tests/support/saved_states.h"
 #include "tests/support/water_scene.h"
 
 namespace archetide {
@@ -292,14 +288,7 @@ Simulation mixed_tank(Scheme scheme) {
 }
 
 TEST(FullBodyInWater, ResumesBitForBit) {
-  const std::string folder = fmt::format("{}full_body_{}/", testing::TempDir(), ::getpid());
-  std::filesystem::create_directories(folder);
-  const auto save = [&](Simulation& s, const std::string& name) {
-    StateWriter file(folder + name, "test", 1);
-    s.visit_state(file);
-    file.commit();
-    return folder + name;
-  };
+  const SavedStates states("full_body");
   const auto advance = [](Simulation& s, int steps) {
     for (int n = 0; n < steps; ++n) s.step(std::min(0.01, s.stable_dt()));
   };
@@ -308,9 +297,7 @@ TEST(FullBodyInWater, ResumesBitForBit) {
                second = mixed_tank(scheme);
     advance(straight, 24);
     advance(first, 12);
-    StateReader file(save(first, "half.h5"), "test", 1, "");
-    second.visit_state(file);
-    file.demand_hash();
+    states.load(second, states.save(first, "half.h5"));
     advance(second, 12);
     EXPECT_EQ(straight.bodies().size(), 4u);
     for (int b = 0; b < 4; ++b) {
@@ -321,10 +308,8 @@ TEST(FullBodyInWater, ResumesBitForBit) {
     }
     if (scheme == Scheme::kSingle)
       continue;  // with modes too the budget may differ in its last digit
-    EXPECT_EQ(sha256_of_file(save(second, "second.h5")),
-              sha256_of_file(save(straight, "straight.h5")));
+    EXPECT_EQ(states.hash(second), states.hash(straight));
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,19 +1,15 @@
 // Bodies of nodes that touch each other, bodies of modes and rigid ones, or are jointed to them.
-#include <fmt/core.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 
-#include "common/base/sha256.h"
-#include "common/files/state_file.h"
 #include "runtime/articulation/joint.h"
 #include "runtime/simulation.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/full_blob.h"
 #include "tests/support/momenta.h"
+#include "tests/support/saved_states.h"
 #include "tests/support/water_scene.h"
 
 namespace archetide {
@@ -384,14 +380,7 @@ TEST(FullBodyContact, RunsBesideModesAndRigidBodiesInWater) {
 }
 
 TEST(FullBodyContact, ResumesBitForBitWhileItPresses) {
-  const std::string folder = fmt::format("{}full_contact_{}/", testing::TempDir(), ::getpid());
-  std::filesystem::create_directories(folder);
-  const auto save = [&](Simulation& s, const std::string& name) {
-    StateWriter file(folder + name, "test", 1);
-    s.visit_state(file);
-    file.commit();
-    return folder + name;
-  };
+  const SavedStates states("full_contact");
   int contacts = 0;
   const auto advance = [&](Simulation& s, int steps) {
     for (int n = 0; n < steps; ++n) contacts = s.step(std::min(0.01, s.stable_dt())).contacts;
@@ -399,14 +388,10 @@ TEST(FullBodyContact, ResumesBitForBitWhileItPresses) {
   Simulation straight = mixed_tank(1e-6), first = mixed_tank(1e-6), second = mixed_tank(1e-6);
   advance(first, 25);
   EXPECT_GT(contacts, 3);
-  StateReader file(save(first, "half.h5"), "test", 1, "");
-  second.visit_state(file);
-  file.demand_hash();
+  states.load(second, states.save(first, "half.h5"));
   advance(second, 15);
   advance(straight, 40);
-  EXPECT_EQ(sha256_of_file(save(second, "second.h5")),
-            sha256_of_file(save(straight, "straight.h5")));
-  std::filesystem::remove_all(folder);
+  EXPECT_EQ(states.hash(second), states.hash(straight));
 }
 
 }  // namespace

@@ -1,15 +1,14 @@
 // H31: a run that is stopped and resumed is the run that was not, bit for bit.
-#include <fmt/core.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 
 #include "common/base/input_error.h"
-#include "common/files/state_file.h"
+#include "common/base/sha256.h"
 #include "runtime/simulation.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/saved_states.h"
 #include "tests/support/skinned_bar.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
@@ -19,24 +18,7 @@ namespace {
 
 class Resume : public ::testing::Test {
  protected:
-  Resume() : folder_(fmt::format("{}resume_{}/", testing::TempDir(), ::getpid())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~Resume() override { std::filesystem::remove_all(folder_); }
-
-  std::string save(Simulation& simulation, const std::string& name) const {
-    StateWriter file(folder_ + name, "test", 1);
-    simulation.visit_state(file);
-    file.commit();
-    return folder_ + name;
-  }
-  void load(Simulation& simulation, const std::string& path) const {
-    StateReader file(path, "test", 1, "");
-    simulation.visit_state(file);
-    file.demand_hash();
-  }
-
-  std::string folder_;
+  const SavedStates states_{"resume"};
 };
 
 struct Case {
@@ -153,17 +135,17 @@ TEST_P(ResumeCases, IsTheUninterruptedRunBitForBit) {
 
   Simulation first = tank_of(c);
   advance(first, c.steps / 10);  // before the last body appears
-  const std::string early = save(first, "early.h5");
+  const std::string early = states_.save(first, "early.h5");
   Simulation second = tank_of(c);
-  load(second, early);
-  EXPECT_EQ(sha256_of_file(save(second, "again.h5")), sha256_of_file(early));
+  states_.load(second, early);
+  EXPECT_EQ(states_.hash(second), sha256_of_file(early));
   advance(second, c.steps / 2 - c.steps / 10);
   Simulation third = tank_of(c);
-  load(third, save(second, "late.h5"));
+  states_.load(third, states_.save(second, "late.h5"));
   advance(third, c.steps - c.steps / 2);
 
   EXPECT_EQ(third.time(), straight.time());
-  EXPECT_EQ(sha256_of_file(save(third, "third.h5")), sha256_of_file(save(straight, "straight.h5")));
+  EXPECT_EQ(states_.hash(third), states_.hash(straight));
   for (int b = 0; b < 4; ++b) {
     EXPECT_EQ(third.bodies()[b].position, straight.bodies()[b].position);
     EXPECT_EQ(third.bodies()[b].q, straight.bodies()[b].q);
@@ -189,22 +171,22 @@ TEST_F(Resume, AfterAStepThatWasHalvedIsTheUninterruptedRun) {
   int halvings = 0, steps = 0;
   for (; halvings == 0 && steps < 20; ++steps) halvings = straight.step(kLong).halvings;
   ASSERT_GT(halvings, 0);
-  load(resumed, save(straight, "halved.h5"));
+  states_.load(resumed, states_.save(straight, "halved.h5"));
   for (int n = 0; n < 3; ++n) {
     const StepReport a = straight.step(0.01), b = resumed.step(0.01);
     EXPECT_EQ(a.velocity.iterations, b.velocity.iterations);
   }
-  EXPECT_EQ(sha256_of_file(save(resumed, "b.h5")), sha256_of_file(save(straight, "a.h5")));
+  EXPECT_EQ(states_.hash(resumed), states_.hash(straight));
 }
 
 TEST_F(Resume, DamagedAndForeignStatesAreRefused) {
   Simulation tank = busy_tank({});
   advance(tank, 2);
-  const std::string path = save(tank, "a.h5");
+  const std::string path = states_.save(tank, "a.h5");
   const auto refusal = [&](const Case& c) -> std::string {
     Simulation fresh = busy_tank(c);
     try {
-      load(fresh, path);
+      states_.load(fresh, path);
     } catch (const FileError& error) {
       return error.what();
     }
