@@ -1,0 +1,98 @@
+// Hard case H36: very many steps of a soft ring that floats in still water. (The first 10^4 of a
+// rigid one: tank_shapes_test.cpp.)
+#include "tests/hard/hard_case.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kCells = 12;  // a metre: 2.4 of them across the tube
+
+// A soft ring of half the water's density without damping, 30 to 45 rad/s. Its modes are a dish, an
+// oval and two folds; half a turn makes the same ring of it. At height 0.5 m it floats.
+ReducedBody soft_ring(double height) {
+  static const SyntheticBody shape = [] {
+    const TetMesh tets = torus_tets(0.22, 0.1, 24, 4);
+    MatX shapes(3 * static_cast<Eigen::Index>(tets.nodes.size()), 4);
+    for (std::size_t n = 0; n < tets.nodes.size(); ++n) {
+      const Vec3& x = tets.nodes[n];
+      const auto node = [&](int k) { return shapes.col(k).segment<3>(3 * static_cast<long>(n)); };
+      node(0) = Vec3(0.0, 0.0, x.head<2>().squaredNorm());
+      node(1) = Vec3(x[0], -x[1], 0.0);
+      node(2) = Vec3(0.0, 0.0, x[0] * x[0] - x[1] * x[1]);
+      node(3) = Vec3(0.0, 0.0, 2.0 * x[0] * x[1]);
+    }
+    return deformable_archetype(tets, 500.0, shapes, VecX::LinSpaced(4, 30.0, 45.0));
+  }();
+  ReducedBody body = make_body(shape.archetype, 4);
+  body.position = Vec3(0.5, 0.5, height);
+  return body;
+}
+
+struct Drift {
+  double volume = 0.0;       // of the water in any 10^4 steps, relative
+  double quaternion = 0.0;   // | |q| - 1 |
+  double way = 0.0;          // horizontal, from the start, cells
+  double energy = 0.0;       // of motion and modes, largest, J
+  double late_energy = 0.0;  // in the last tenth, J
+};
+
+Drift float_for(int steps, ReducedBody ring) {
+  SimulationOptions o = unit_tank(kCells);
+  o.tolerance = 1e-8;
+  const Vec3 start = ring.position;
+  Simulation s(o, water_to(o.grid, 0.5), {std::move(ring)}, {});
+  Drift drift;
+  double low = INFINITY, high = 0.0;
+  for (int n = 1; n <= steps; ++n) {
+    const StepReport r = s.step(0.01);
+    expect_finite(r);
+    const ReducedBody& b = s.bodies()[0];
+    low = std::min(low, r.accounted_volume()), high = std::max(high, r.accounted_volume());
+    drift.volume = std::max(drift.volume, high / low - 1.0);
+    drift.quaternion = std::max(drift.quaternion, std::abs(b.rotation.norm() - 1.0));
+    drift.way = std::max(drift.way, (b.position - start).head<2>().norm() * kCells);
+    const double energy = r.water_kinetic + r.body_kinetic + r.body_elastic;
+    drift.energy = std::max(drift.energy, energy);
+    if (n > steps - steps / 10) drift.late_energy = std::max(drift.late_energy, energy);
+    if (n % 10000 != 0) continue;
+    std::printf("%d steps: volume %.1e, %.1e cells aside, %.1e J\n", n, drift.volume, drift.way,
+                energy);
+    std::fflush(stdout);
+    low = INFINITY, high = 0.0;
+  }
+  // asked: 0.005; measured 6e-5 in still water, 1.2e-4 with the bob
+  expect_at_most("volume drift in 10^4 steps", drift.volume, 4e-4);
+  expect_at_most("|quaternion| - 1", drift.quaternion, 1e-12);  // measured 1.1e-16
+  return drift;
+}
+
+// Still water does not stay still to round-off for that long: from 10^4 steps on, motion of the ring
+// and waves grow to 1e-4 J and push the ring about, soft or rigid. Asked: less than a cell aside;
+// measured 0.89 cells, 5.6e-4 J.
+TEST(SlowH36ManySteps, SoftRingFloatsInStillWaterForAHundredThousandSteps) {
+  const Drift drift = float_for(100000, soft_ring(0.5));
+  expect_at_most("horizontal drift, cells", drift.way, 1.0);
+  expect_at_most("largest energy, J", drift.energy, 1.5e-3);
+}
+
+// Let go 4 mm too low, with modes that move, it bobs and keeps its place as long as its waves are
+// symmetric, 100 s. Known miss: over 10^5 steps it goes 3.1 cells aside, to the walls (so does a ring
+// that is let go six times as low, within 10^4 steps); the volume's drift stays 1.2e-4.
+Drift bob(int steps) {
+  ReducedBody ring = soft_ring(0.5 - 0.05 / kCells);
+  ring.q_dot.setConstant(0.02);
+  return float_for(steps, std::move(ring));
+}
+TEST(H36ManySteps, SoftRingBobs) {
+  const Drift drift = bob(500);
+  expect_at_most("horizontal drift, cells", drift.way, 1e-12);  // measured 0
+}
+TEST(SlowH36ManySteps, SoftRingBobsForTenThousandSteps) {
+  const Drift drift = bob(10000);
+  expect_at_most("horizontal drift, cells", drift.way, 1.0);  // measured 4e-12
+  expect_at_most("largest energy of the last tenth against the whole",
+                 drift.late_energy / drift.energy, 0.2);  // measured 0.08
+}
+
+}  // namespace
+}  // namespace archetide
