@@ -9,9 +9,12 @@
 namespace archetide {
 namespace {
 
-// Cells a step. An approach that contacts let through is an overlap that must be pushed out later;
-// wrong friction changes how far a sliding contact slips.
-constexpr StageConstraints::Slack kSlack = {1e-3, 1e-2};
+// Cells a step that the solve may differ by from the contact solver. An approach is an overlap that
+// must be pushed out later; wrong friction changes how far a sliding contact slips, and follows the
+// tolerance of the solve.
+StageConstraints::Slack slack_at(double tolerance) {
+  return {1e-3, std::clamp(1e3 * tolerance, 1e-3, 1e-2)};
+}
 
 bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& results) {
   if (!contacts.shapes.empty()) return !contacts.contacts.empty();
@@ -86,7 +89,8 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
   Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
   const double speed = options_.grid.dx / dt;
-  const StageConstraints::Slack slack = {kSlack.approach * speed, kSlack.other * speed};
+  const StageConstraints::Slack cells = slack_at(options_.solve.tolerance),
+                                slack = {cells.approach * speed, cells.other * speed};
   SolveReport total;
   for (int round = 1;; ++round) {
     rows.hold();
