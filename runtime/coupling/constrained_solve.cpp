@@ -9,12 +9,7 @@
 namespace archetide {
 namespace {
 
-// Cells a step that the solve may differ by from the contact solver. An approach is an overlap that
-// must be pushed out later; wrong friction changes how far a sliding contact slips, and follows the
-// tolerance of the solve.
-StageConstraints::Slack slack_at(double tolerance) {
-  return {1e-3, std::clamp(1e3 * tolerance, 1e-3, 1e-2)};
-}
+constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
 
 bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& results) {
   if (!contacts.shapes.empty()) return !contacts.contacts.empty();
@@ -88,9 +83,6 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   CoupledSolveOptions trial = options_.solve;
   if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
   Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
-  const double speed = options_.grid.dx / dt;
-  const StageConstraints::Slack cells = slack_at(options_.solve.tolerance),
-                                slack = {cells.approach * speed, cells.other * speed};
   SolveReport total;
   for (int round = 1;; ++round) {
     rows.hold();
@@ -107,7 +99,7 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
     if (!again || round == kRounds) break;
     const Stopwatch round_watch;
     rows.resolve(rows.free_of_rows(coupled));
-    const bool settled = round > 1 && rows.agrees(coupled, slack);
+    const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
     contact_seconds_ += round_watch.wall();
     if (settled) break;
   }

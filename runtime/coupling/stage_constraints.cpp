@@ -279,16 +279,16 @@ void StageConstraints::settle(const std::vector<VecX>& y_free, std::vector<Coupl
   for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = on_body(b, of_joints[b]);
 }
 
-bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, const Slack& slack) const {
+bool StageConstraints::agrees(const std::vector<CoupledBody>& coupled, double speed) const {
   std::vector<VecX> y(coupled.size());
   for (std::size_t b = 0; b < coupled.size(); ++b) y[b] = coupled[b].y;
   y = at_rows(y);
   for (std::size_t k = 0; k < system_.size(); ++k) {
     const Vec3 found = system_.velocity(k, resolved_), solved = system_.velocity(k, y);
     const double least = std::min(target_[static_cast<long>(k)], found[0]);
-    if (least - solved[0] > slack.approach) return false;
+    if (least - solved[0] > speed) return false;
     const bool pushes = pressed_[k] || lambda_[k][0] > 0.0;
-    if (pushes && (found - solved).norm() > slack.other) return false;
+    if (pushes && (found - solved).norm() > speed) return false;
   }
   return true;
 }

@@ -52,12 +52,9 @@ class StageConstraints {
   /// What joints and contacts give to bodies that the water alone would move with y_free.
   void settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
               std::vector<StageResult>& results);
-  /// What the coupled solve may differ by from the contact solver's last answer, m/s.
-  struct Slack {
-    double approach;  // points that come closer than they may
-    double other;     // of contacts that push: how they slip or, held a step too long, part
-  };
-  bool agrees(const std::vector<CoupledBody>& coupled, const Slack& slack) const;
+  /// Whether the contact solver's last answer moves the contacts that push as the coupled solve
+  /// does, and lets no other approach faster than it may, within `speed`, m/s.
+  bool agrees(const std::vector<CoupledBody>& coupled, double speed) const;
 
  private:
   Vec3 held_speed(std::size_t k) const;
@@ -77,7 +74,7 @@ class StageConstraints {
   std::vector<RowBlock> joint_rows_;
   ConstrainedInverse joints_, held_;
   std::vector<Vec3> lambda_;
-  std::vector<bool> pressed_;    // contacts that the coupled solve knows to push
+  std::vector<bool> pressed_;   // contacts that the coupled solve knows to push
   std::vector<VecX> resolved_;  // y at rows that the contact solver has found
   // Per body, at rows: generalised impulse of contacts that are not held, and of all contacts and
   // joints together; or empty.
