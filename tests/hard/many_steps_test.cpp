@@ -67,8 +67,9 @@ Drift float_for(int steps, ReducedBody ring) {
 }
 
 // Still water does not stay still to round-off for that long: from 10^4 steps on, motion of the ring
-// and waves grow to 1e-4 J and push the ring about, soft or rigid. Asked: less than a cell aside;
-// measured 0.89 cells, 5.6e-4 J.
+// and waves grow to 1e-4 J and push the ring about, soft or rigid (seen in the middle of the tank
+// only, where its vertices lie in planes of the grid; why is not known). Asked: less than a cell
+// aside; measured 0.89 cells, 5.6e-4 J.
 TEST(SlowH36ManySteps, SoftRingFloatsInStillWaterForAHundredThousandSteps) {
   const Drift drift = float_for(100000, soft_ring(0.5));
   expect_at_most("horizontal drift, cells", drift.way, 1.0);

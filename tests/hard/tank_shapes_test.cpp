@@ -575,8 +575,8 @@ void expect_ring_stays_still(int steps, double most_speed, const Vec3& aside) {
   expect_at_most("horizontal drift, cells", (b.position - start).head<2>().norm() * 16, 1e-9);
 }
 TEST(H36ManySteps, RingAndWaterStayStill) { expect_ring_stays_still(100, 1e-9, Vec3::Zero()); }
-// Known miss of 1e-9 m/s: 1.7e-9 in the middle of the tank, where vertices lie in planes of the grid
-// and slivers open and close as round-off moves them. Nothing of it elsewhere.
+// Known miss of 1e-9 m/s: 1.7e-9 in the middle of the tank, where vertices lie in planes of the
+// grid; why is not known. Nothing of it elsewhere.
 TEST(SlowH36ManySteps, RingAndWaterStayStillForTenThousandSteps) {
   expect_ring_stays_still(10000, 5e-9, Vec3::Zero());
   expect_ring_stays_still(10000, 1e-9, Vec3(0.013, 0.007, 0.0));
