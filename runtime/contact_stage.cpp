@@ -1,5 +1,7 @@
 #include "runtime/contact_stage.h"
 
+#include <algorithm>
+
 #include "runtime/contact/split_impulse.h"
 #include "runtime/contact_setup.h"
 #include "runtime/statistics.h"
@@ -12,8 +14,8 @@ namespace {
 bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepReport& report) {
   constexpr int kMostHalvings = 3;  // to keep bodies apart; an overlap is no failure
   split_impulses(half.reachable, half.reaction, dt, s.bodies);
-  BodyContacts::Result met =
-      s.body_contacts->resolve(s.bodies, largest_surface_speeds(s.bodies), dt);
+  const std::vector<double> speeds = largest_surface_speeds(s.bodies);
+  BodyContacts::Result met = s.body_contacts->resolve(s.bodies, speeds, dt);
   half.touching = std::move(met.velocity_stage);
   const Penetration& p = met.penetration;
   report.contacts = p.touching;
@@ -21,7 +23,8 @@ bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepRep
   report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
   if (s.options.scheme == Scheme::kSingle || !may_halve(s.options, report, kMostHalvings))
     return true;
-  return !s.body_contacts->sank_deeper(half.reachable, p);
+  const double way = 2.0 * dt * *std::max_element(speeds.begin(), speeds.end());
+  return !s.body_contacts->sank_deeper(half.reachable, p, way);
 }
 
 // Each body alone at the walls of the tank.
@@ -47,7 +50,8 @@ bool resolve_contact(SimulationState& s, double dt, HalfStep& half, StepReport& 
     apart = resolve_body_contact(s, dt, half, report);
   else
     resolve_walls(s, dt, half, report);
-  s.budget.add_contact_energy(energy_of_bodies(s.bodies) - before);
+  half.lost_in_contact = before - energy_of_bodies(s.bodies);
+  s.budget.add_contact_energy(-half.lost_in_contact);
   return apart;
 }
 

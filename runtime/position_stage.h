@@ -19,6 +19,7 @@ struct HalfStep {
   std::vector<JointedStart> start;  // jointed_starts()
   GroupContacts reachable;          // contacts of this stage, with the forces that they pushed
   GroupContacts touching;           // contacts of the velocities stage, once they are resolved
+  double lost_in_contact = 0.0;     // energy of the bodies, J
 };
 
 /// Section 6, positions: water and bodies over dt/2 (s), coupled (Eq. 45, with joints Eq. 49); the

@@ -6,7 +6,7 @@ namespace archetide {
 
 bool bodies_are_thrown(const SimulationState& s, const std::vector<ReducedBody>& before,
                        double dt) {
-  if (!s.water.present() || !s.actuators.empty()) return false;
+  if (!s.actuators.empty()) return false;
   constexpr double kOfWater = 0.1, kWays = 2.0;
   const double g = s.options.gravity.norm();
   const double first = energy_of_bodies(before);

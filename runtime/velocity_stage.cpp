@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "runtime/contact/keep_apart.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
 #include "runtime/thrown_bodies.h"
@@ -35,6 +36,15 @@ double power_of_drive(const SimulationState& s, std::size_t b, const VecX& f,
 // P, L and q̇ of n+1 (S12).
 void accept(const StageResult& result, ReducedBody& body) {
   accept_velocity(body, result.y, result.delta_P, result.delta_L);
+}
+
+// The shapes of nonlinear bodies at n+1 (S15), as far as contact lets them (S15a).
+void bend(const HalfStep& half, std::vector<VecX>& q, SimulationState& s) {
+  constexpr double kSlack = 0.1;  // cells: less is taken back by the position stage
+  if (s.body_contacts)
+    keep_apart(s.bodies, half.touching, kSlack * s.options.grid.dx, half.lost_in_contact, q);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    if (q[b].size() > 0) s.bodies[b].q = q[b];
 }
 
 // What the water gave.
@@ -102,6 +112,7 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
       joints_drive(s, half.start, half.reaction, results))
     return false;
   double work = 0.0;
+  std::vector<VecX> bent(s.bodies.size());  // q^{n+1} of nonlinear bodies
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     ReducedBody& body = s.bodies[b];
     // one solve a step counts the work where it moves the bodies
@@ -109,9 +120,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
       work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
     // joints keep the way that closed them; one solve a step moves the bodies itself
     if (half.reaction[b].size() == 0 && s.options.scheme == Scheme::kNewmark)
-      correct_modes(half.middle[b], results[b].y.tail(body.r), dt, body);
+      bent[b] = corrected_modes(body, half.middle[b], results[b].y.tail(body.r), dt);
     accept(results[b], body);
   }
+  bend(half, bent, s);
   if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
     return false;
 

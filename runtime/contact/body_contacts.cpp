@@ -144,7 +144,8 @@ BodyContacts::BodyContacts(const BodyContactOptions& options,
 
 std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodies,
                                             const std::vector<double>& speed, double dt,
-                                            const ContactForces& before) const {
+                                            const ContactForces& before,
+                                            std::vector<BodyContact>* near) const {
   std::vector<double> fastest = speed;
   for (const ContactCover& cover : options_.search.covers) {
     double most = 0.0;  // a point of a cover is no faster than what moves it
@@ -155,7 +156,7 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   for (const double v : fastest)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
   std::vector<BodyContact> found =
-      find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt);
+      find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt, near);
   for (BodyContact& c : found) c.material = between(material(bodies, c.a), material(bodies, c.b));
   return found;
 }
@@ -200,11 +201,13 @@ double BodyContacts::closing_target(const BodyContact& c, double dt) const {
   return recovery_speed(-c.gap - slack, dt, options_.gravity);
 }
 
-bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration& now) const {
+bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration& now,
+                               double way) const {
   constexpr double kDeeper = 250.0;  // tolerances, a quarter of a cell: half of what is allowed
+  const double deeper = kDeeper * options_.tolerance;
   double before = 0.0;
   for (const BodyContact& c : reachable.contacts) before = std::max(before, -c.gap);
-  return now.largest > before + kDeeper * options_.tolerance;
+  return way > deeper && now.largest > before + deeper;
 }
 
 GroupContacts BodyContacts::reachable_contacts(const std::vector<ReducedBody>& bodies,
@@ -225,7 +228,8 @@ GroupContacts BodyContacts::reachable_contacts(const std::vector<ReducedBody>& b
 BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
                                            const std::vector<double>& speed, double dt) const {
   Result out;
-  const std::vector<BodyContact> all = find(bodies, speed, dt, memory.velocity);
+  const std::vector<BodyContact> all =
+      find(bodies, speed, dt, memory.velocity, &out.velocity_stage.near);
   std::vector<BodyContact> touching;
   for (const BodyContact& c : all) {
     if (!touches(c)) continue;

@@ -23,7 +23,10 @@ struct GroupContacts {
   std::vector<BodyContact> contacts;
   VecX target;                              // m/s
   std::vector<const ContactShape*> shapes;  // one per body
-  ContactForces start;                      // of the last step
+  /// After the position stage, where a body is nonlinear: every sample within reach of one, for
+  /// keep_apart.
+  std::vector<BodyContact> near;
+  ContactForces start;  // of the last step
   ContactSolveOptions solve;
   ContactForces forces;  // result: those that push, sorted
   int sweeps = 0;        // result
@@ -61,8 +64,9 @@ class BodyContacts {
                  double dt) const;
 
   /// Whether bodies stand much deeper in something than where the step began: thin parts that turn,
-  /// or bend, come to lie against others than those that `reachable_contacts` found.
-  bool sank_deeper(const GroupContacts& reachable, const Penetration& now) const;
+  /// or bend, come to lie against others than those that `reachable_contacts` found. `way`: what two
+  /// surfaces may have come closer, m; what went deeper than that is no matter of the step.
+  bool sank_deeper(const GroupContacts& reachable, const Penetration& now, double way) const;
 
   /// What the contacts of the last step pushed, the first guess of the next: part of the state.
   struct Memory {
@@ -75,7 +79,8 @@ class BodyContacts {
  private:
   std::vector<BodyContact> find(const std::vector<ReducedBody>& bodies,
                                 const std::vector<double>& speed, double dt,
-                                const ContactForces& before) const;
+                                const ContactForces& before,
+                                std::vector<BodyContact>* near = nullptr) const;
   double resting_speed(double dt) const;
   ContactMaterial material(const std::vector<ReducedBody>& bodies, int b) const;
   double restitution(const BodyContact& c) const;

@@ -353,21 +353,27 @@ std::vector<Task> tasks_of(const NearBodies& near, const Deformed& deformed,
   return tasks;
 }
 
-// Contacts of one task: the deepest samples of each patch.
+// Contacts of one task: the deepest samples of each patch; in `near`, unless null, all candidates.
 std::vector<BodyContact> contacts_of(const Task& task, const DeformedBody& body,
                                      const ContactForces& before,
-                                     const std::vector<StepMotion>& motions) {
+                                     const std::vector<StepMotion>& motions,
+                                     std::vector<BodyContact>* near) {
   const StepMotion still;
   const StepMotion& its = task.b >= 0 ? motions[task.b] : still;
   std::vector<Candidate> all = candidates(body, task, before);
   if (task.b >= 0)
     std::erase_if(
         all, [&](const Candidate& c) { return body.normal(c.sample).dot(c.at.normal) > kFacing; });
+  const auto contact = [&](const Candidate& c, double clearance) {
+    return BodyContact{task.a,      task.b,    c.sample, body.samples()[c.sample],
+                       c.at.normal, c.at.rest, c.at.gap, clearance};
+  };
+  if (near)
+    for (const Candidate& c : all) near->push_back(contact(c, 0.0));
   std::vector<BodyContact> found;
   for (const Candidate& c : thinned(std::move(all), body, task.margin)) {
     const Vec3& x = body.samples()[c.sample];
-    found.push_back({task.a, task.b, c.sample, x, c.at.normal, c.at.rest, c.at.gap,
-                     clearance(x, c.at, *task.solid, motions[task.a], its)});
+    found.push_back(contact(c, clearance(x, c.at, *task.solid, motions[task.a], its)));
   }
   return found;
 }
@@ -432,7 +438,7 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before, const SearchOptions& options,
-                                       double dt) {
+                                       double dt, std::vector<BodyContact>* points_near) {
   NearBodies near = near_bodies(bodies, shapes, surroundings, margin, options);
   const CoverPoints covers(options.covers, bodies, near.wanted);
   const Deformed deformed = deform(bodies, shapes, covers, margin, near);
@@ -449,14 +455,23 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (deformed[b]) motions[b] = StepMotion(bodies[b], dt);
 
-  std::vector<std::vector<BodyContact>> found(tasks.size());
+  const auto bends_far = [&](int b) {
+    return b >= 0 && bodies[b].r > 0 && bodies[b].archetype->nonlinear();
+  };
+  std::vector<std::vector<BodyContact>> found(tasks.size()), all(tasks.size());
   ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)
   for (std::size_t t = 0; t < tasks.size(); ++t)
-    carrier.run([&] { found[t] = contacts_of(tasks[t], *deformed[tasks[t].a], before, motions); });
+    carrier.run([&] {
+      const bool wanted = points_near && (bends_far(tasks[t].a) || bends_far(tasks[t].b));
+      found[t] =
+          contacts_of(tasks[t], *deformed[tasks[t].a], before, motions, wanted ? &all[t] : nullptr);
+    });
   carrier.rethrow();
   for (const std::vector<BodyContact>& list : found)
     contacts.insert(contacts.end(), list.begin(), list.end());
+  for (const std::vector<BodyContact>& list : all)
+    if (points_near) points_near->insert(points_near->end(), list.begin(), list.end());
   return contacts;
 }
 

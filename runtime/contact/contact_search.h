@@ -87,13 +87,15 @@ struct SearchOptions {
 /// where surfaces face each other, and to points that carried load in the last step. In a fixed
 /// order.
 /// `margin`: one per body, m: what it may move until the contacts are looked for again; `dt`, s:
-/// how long that is, for the clearances.
+/// how long that is, for the clearances. `near`: becomes all that is within the margin of nonlinear
+/// bodies, without clearances and not thinned out; null: not wanted.
 std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const std::vector<const ContactShape*>& shapes,
                                        const Surroundings& surroundings,
                                        const std::vector<double>& margin,
                                        const ContactForces& before,
-                                       const SearchOptions& options = {}, double dt = 0.0);
+                                       const SearchOptions& options = {}, double dt = 0.0,
+                                       std::vector<BodyContact>* near = nullptr);
 inline constexpr int kMaxContacts = 40;  // of an ordered pair
 
 }  // namespace archetide

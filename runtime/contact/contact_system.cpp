@@ -14,15 +14,6 @@ MatX place_jacobian(const ContactBody& b, const Vec3& place, const MatX& phi) {
   return arm_jacobian(*b.body, *b.terms, place - b.body->position, phi);
 }
 
-/// Modes at a surface sample, 3 x r, body frame.
-MatX modes_at_sample(const ContactBody& b, int sample) {
-  const MatX& S = b.shape->modes();
-  MatX phi = MatX::Zero(3, b.body->r);
-  for (const VertexShare& m : shares_of_sample(*b.shape, sample))
-    phi += m.weight * S.block(3L * m.vertex, 0, 3, b.body->r);
-  return phi;
-}
-
 MatX response(const ContactBody& b, const MatX& J, int unit) {
   if (unit >= 0)
     return (b.inverse_mass ? *b.inverse_mass : b.nodes->inverse_mass()).middleCols<3>(unit);
@@ -42,7 +33,8 @@ void add_sample(int k, const BodyContact& c, const ContactBody& a, ContactRows& 
   if (a.nodes) {
     rows.J_a = a.nodes->rows_of(k), rows.unit_a = a.nodes->first_row(k);
   } else {
-    const MatX phi = c.sample >= 0 ? modes_at_sample(a, c.sample) : MatX::Zero(3, a.body->r);
+    const MatX phi =
+        c.sample >= 0 ? modes_at_sample(*a.shape, c.sample, a.body->r) : MatX::Zero(3, a.body->r);
     rows.J_a = rows.frame * place_jacobian(a, c.point, phi);
   }
   rows.W_a = response(a, rows.J_a, rows.unit_a);

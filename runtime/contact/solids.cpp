@@ -206,6 +206,14 @@ MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r) {
   return modes;
 }
 
+MatX modes_at_sample(const ContactShape& shape, int sample, int r) {
+  const MatX& S = shape.modes();
+  MatX modes = MatX::Zero(3, r);
+  for (const VertexShare& m : shares_of_sample(shape, sample))
+    modes += m.weight * S.block(3L * m.vertex, 0, 3, r);
+  return modes;
+}
+
 VertexShares shares_at_rest_place(const ContactShape& shape, const Vec3& rest) {
   const ModeLattice& lattice = shape.lattice;
   const ModeLattice::Stencil s = lattice.stencil(rest);

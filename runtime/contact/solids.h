@@ -122,8 +122,9 @@ class CoveredSolid : public TouchedSolid {
   int part_;
 };
 
-/// Modes of the body at a place of its rest shape, 3 x r, body frame.
+/// Modes of the body at a place of its rest shape, 3 x r, body frame; and at a sample.
 MatX modes_at_rest_place(const ContactShape& shape, const Vec3& rest, int r);
+MatX modes_at_sample(const ContactShape& shape, int sample, int r);
 /// Of a body of nodes the vertices that it moves with; and those of a sample.
 VertexShares shares_at_rest_place(const ContactShape& shape, const Vec3& rest);
 VertexShares shares_of_sample(const ContactShape& shape, int sample);

@@ -120,10 +120,11 @@ ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at
   return motion;
 }
 
-void correct_modes(const Configuration& middle, const VecX& q_dot, double dt, ReducedBody& body) {
-  if (body.r == 0 || !body.archetype->nonlinear()) return;
+VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
+                     double dt) {
+  if (body.r == 0 || !body.archetype->nonlinear()) return {};
   const VecX q_n = 2.0 * middle.q - body.q;
-  body.q = q_n + 0.5 * dt * (body.q_dot + q_dot);
+  return q_n + 0.5 * dt * (body.q_dot + q_dot);
 }
 
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {

@@ -4,10 +4,11 @@
 
 namespace archetide {
 
-/// The way of the modes of a nonlinear body over a step, q^{n+1} = q^n + dt/2 (q_dot^n +
+/// Modal coordinates of a nonlinear body at the end of a step, q^{n+1} = q^n + dt/2 (q_dot^n +
 /// q_dot^{n+1}), once q_dot^{n+1} (r) is known; body.q is still what advance_pose made of it and
-/// body.q_dot that of n. `middle`: what advance_pose returned. Linear bodies stay as they are.
-/// docs/method.md, S15.
-void correct_modes(const Configuration& middle, const VecX& q_dot, double dt, ReducedBody& body);
+/// body.q_dot that of n. `middle`: what advance_pose returned. Empty for linear bodies, which stay
+/// as they are. docs/method.md, S15.
+VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
+                     double dt);
 
 }  // namespace archetide

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -45,11 +46,11 @@ class FullModes : public testing::Test {
   std::string err() const { return read_whole_file(folder_ + "err"); }
 
   int build(const std::string& name, const std::string& count, int order,
-            const std::string& more = "") const {
+            const std::string& more = "", double young = 2e4) const {
     std::ofstream(folder_ + name + ".body.toml")
         << "schema = 1\nmesh = \"bar.mesh\"\ntet = { order = " << order
-        << " }\nmaterial = { density = 900.0, young = 2e4, poisson = 0.3 }\nmodes = { count = "
-        << count << " }\n"
+        << " }\nmaterial = { density = 900.0, young = " << young
+        << ", poisson = 0.3 }\nmodes = { count = " << count << " }\n"
         << more;
     return run(ARCHETIDE_PRECOMPUTE_BIN " build " + folder_ + name + ".body.toml -o " + folder_ +
                name + ".h5");
@@ -195,6 +196,29 @@ TEST_F(FullModes, NonlinearModesFloat) {
   const std::string table = read_whole_file(folder_ + "out/bodies.csv");
   ASSERT_EQ(simulate("bent", "\"all\"", " --set step.max=0.005 --resume 1"), 0) << err();
   EXPECT_EQ(read_whole_file(folder_ + "out/bodies.csv"), table);
+}
+
+// Soft bars that fall on each other at up to 6 m/s and are bent by more than their radius. Measured:
+// 0.32 cells deep, no rise of the energy, 91 steps; where the shape at the end of a step was no
+// matter of contact 1.5 cells, and a heap of other bodies took thousands of steps [D66].
+TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
+  ASSERT_EQ(build("bent", "10, kind = \"nonlinear\", derivatives = 12", 1, "", 5e3), 0) << err();
+  std::ofstream(folder_ + "heap.scene.toml")
+      << "schema = 1\ntime = { end = 0.8, fps = 12 }\nstep = { max = 0.01 }\n[fluid]\n"
+         "grid = [16, 16, 40]\ncell = \"1/16\"\nwater = { level = 0.0 }\n"
+         "walls = { zmax = \"open\" }\n[[scatter]]\narchetype = \"bent\"\ncount = 5\n"
+         "box = [[0.28, 0.28, 0.3], [0.72, 0.72, 2.2]]\nrotation = \"random\"\nseed = 5\n"
+         "velocity = [0, 0, -2]\n[contact]\nrestitution = 0.1\nfriction = 0.4\n";
+  ASSERT_EQ(run(ARCHETIDE_SIM_BIN " run " + folder_ + "heap.scene.toml --archetypes " + folder_ +
+                " -t 1 -o " + folder_ + "out"),
+            0)
+      << err();
+  const std::vector<double> deep = column("stats.csv", "max_penetration"),
+                            energy = column("stats.csv", "energy");
+  EXPECT_LT(*std::max_element(deep.begin(), deep.end()), 0.5 / 16);  // half a cell
+  EXPECT_LT(deep.size(), 200u);
+  for (std::size_t n = 1; n < energy.size(); ++n)
+    EXPECT_LE(energy[n], energy[n - 1] + 1e-3 * energy.front());
 }
 
 TEST_F(FullModes, AreRefusedFromAnArchetypeThatLeavesSomeOut) {

@@ -19,7 +19,8 @@ inline void dry_step(ReducedBody& body, const VecX& force, double dt, const Moda
       free_motion(body, current_configuration(body), force, dt, Stage::kPositionHalf, options);
   const Configuration mid = advance_pose(body, half, half.y_star, dt);
   const FreeMotion full = free_motion(body, mid, force, dt, Stage::kVelocityFull, options);
-  correct_modes(mid, full.y_star.tail(body.r), dt, body);
+  const VecX q = corrected_modes(body, mid, full.y_star.tail(body.r), dt);
+  if (q.size() > 0) body.q = q;
   accept_velocity(body, full.y_star, dt * force.head<3>(), dt * force.segment<3>(3));
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "runtime/contact/keep_apart.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/full_blob.h"
 #include "tests/support/momenta.h"
@@ -45,6 +46,34 @@ TEST(SurfaceSamples, LeaveNoGapWiderThanTheirSpacingOnEdgesAndFaces) {
   }
   // no place is farther from a sample than an edge's part
   EXPECT_LE(widest, spacing);
+}
+
+// A sample that its body's new shape moves by 1 mm towards a wall, Eq. S15a.
+TEST(KeepApart, LeavesTheShareOfAShapeThatGapsAllow) {
+  const SyntheticBody synthetic = random_archetype(8, 6);
+  const auto shape = contact_shape(synthetic.archetype);
+  const std::vector<ReducedBody> bodies(2, make_body(synthetic.archetype, 6));
+  const MatX modes = modes_at_sample(*shape, 0, 6);
+  const VecX direction = modes.row(2).transpose();
+  const VecX change = -1e-3 / direction.squaredNorm() * direction;
+  const auto share = [&](double gap, double slack, double available, int other) {
+    GroupContacts met;
+    met.shapes = {shape.get(), shape.get()};
+    BodyContact c;
+    c.a = 0, c.b = other, c.sample = 0, c.gap = gap;
+    c.normal = Vec3::UnitZ();
+    met.near = {c};
+    std::vector<VecX> q{bodies[0].q + change, other >= 0 ? bodies[1].q : VecX()};
+    keep_apart(bodies, met, slack, available, q);
+    return (q[0] - bodies[0].q).norm() / change.norm();
+  };
+  constexpr double kExact = 1e-12;
+  EXPECT_EQ(share(2e-3, 0.0, INFINITY, -1), 1.0);
+  EXPECT_NEAR(share(0.4e-3, 0.0, INFINITY, -1), 0.4, kExact);
+  EXPECT_NEAR(share(0.4e-3, 0.3e-3, INFINITY, -1), 0.7, kExact);
+  EXPECT_NEAR(share(-5e-3, 0.3e-3, INFINITY, -1), 0.3, kExact);
+  EXPECT_NEAR(share(0.4e-3, 0.0, INFINITY, 1), 0.2, kExact);    // the other may take its half
+  EXPECT_NEAR(share(0.4e-3, 0.0, -INFINITY, -1), 1.0, kExact);  // no energy for less
 }
 
 TEST(DeformedBody, PlacesGoBackToTheRestShape) {
