@@ -127,6 +127,16 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
   return q_n + 0.5 * dt * (body.q_dot + q_dot);
 }
 
+double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
+                              const FreeMotion& motion, const VecX& q_dot, double dt) {
+  const ElasticCubature& V = body.archetype->elastic;
+  const VecX q_n = 2.0 * middle.q - body.q, twice_mean = body.q_dot + q_dot;
+  const MatX S = motion.H.M_hat - motion.terms.M_q - 0.5 * dt * damping(body);
+  const VecX impulse =
+      dt * mean_force(V, q_n, dt * middle.q_dot) + S * (twice_mean - 2.0 * middle.q_dot);
+  return V.energy(q_n + 0.5 * dt * twice_mean) - V.energy(q_n) - 0.5 * twice_mean.dot(impulse);
+}
+
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {
   if (dt == 0.0) return M_q;
   ModalMotion motion;
