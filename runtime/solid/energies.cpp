@@ -17,7 +17,7 @@ VecX elastic_force(const ReducedBody& body, const VecX& q) {
 }
 
 double elastic_energy(const ReducedBody& body) {
-  if (body.archetype->nonlinear()) return body.archetype->elastic.energy(body.q);
+  if (body.r > 0 && body.archetype->nonlinear()) return body.archetype->elastic.energy(body.q);
   return 0.5 * body.q.dot(elastic_force(body, body.q));
 }
 

@@ -138,7 +138,7 @@ double energy_of_linear_force(const ReducedBody& body, const Configuration& midd
 }
 
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {
-  if (dt == 0.0) return M_q;
+  if (dt == 0.0 || body.r == 0) return M_q;
   ModalMotion motion;
   motion.M_hat =
       M_q + 0.5 * dt * damping(body) + 0.25 * dt * dt * body.archetype->elastic.stiffness(body.q);

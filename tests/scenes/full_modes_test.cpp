@@ -221,6 +221,12 @@ TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
     EXPECT_LE(energy[n], energy[n - 1] + 1e-3 * energy.front());
 }
 
+TEST_F(FullModes, ANonlinearArchetypeWithoutModesIsRigid) {
+  ASSERT_EQ(build("bent", "10, kind = \"nonlinear\", derivatives = 12", 1), 0) << err();
+  ASSERT_EQ(simulate("bent", "0", " --set contact.friction=0.3 --replace"), 0) << err();
+  for (const double e : column("stats.csv", "body_elastic")) EXPECT_EQ(e, 0.0);
+}
+
 TEST_F(FullModes, AreRefusedFromAnArchetypeThatLeavesSomeOut) {
   ASSERT_EQ(build("bar", "10", 1), 0) << err();
   EXPECT_EQ(simulate("bar", "\"full\""), 2);
