@@ -9,7 +9,7 @@
 namespace archetide {
 namespace {
 
-constexpr double kMayGive = 1e-2;  // cells a step that contacts may give way
+constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
 
 bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& results) {
   if (!contacts.shapes.empty()) return !contacts.contacts.empty();
