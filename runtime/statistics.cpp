@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/fluid/level_set.h"
+#include "runtime/numerics/largest.h"
 #include "runtime/solid/extent.h"
 
 namespace archetide {
@@ -28,11 +29,7 @@ namespace {
 
 // Largest |u| of the faces with valid == 1.
 double fastest(const Array3<double>& u, const Array3<unsigned char>& valid) {
-  double most = 0.0;
-#pragma omp parallel for simd schedule(static) reduction(max : most)
-  for (std::size_t n = 0; n < u.size(); ++n)
-    most = std::max(most, valid[n] == 1 ? std::abs(u[n]) : 0.0);
-  return most;
+  return largest_of(u.size(), [&](std::size_t n) { return valid[n] == 1 ? std::abs(u[n]) : 0.0; });
 }
 
 // Central differences of f at a cell, one-sided at the tank's sides, per cell.

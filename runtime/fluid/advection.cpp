@@ -13,6 +13,7 @@
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/path_block.h"
 #include "runtime/fluid/sampling.h"
+#include "runtime/numerics/largest.h"
 
 namespace archetide {
 namespace {
@@ -545,16 +546,11 @@ double cfl_speed(const MacField& u, const FaceField<unsigned char>* mask) {
   double fastest = 0.0;
   for (int a = 0; a < 3; ++a) {
     const double* f = u[a].data();
-    const std::size_t count = u[a].size();
-    if (mask) {
-      const unsigned char* m = (*mask)[a].data();
-#pragma omp parallel for simd schedule(static) reduction(max : fastest)
-      for (std::size_t n = 0; n < count; ++n)
-        fastest = std::max(fastest, m[n] ? std::abs(f[n]) : 0.0);
-    } else {
-#pragma omp parallel for simd schedule(static) reduction(max : fastest)
-      for (std::size_t n = 0; n < count; ++n) fastest = std::max(fastest, std::abs(f[n]));
-    }
+    const unsigned char* m = mask ? (*mask)[a].data() : nullptr;
+    fastest = std::max(
+        fastest,
+        m ? largest_of(u[a].size(), [=](std::size_t n) { return m[n] ? std::abs(f[n]) : 0.0; })
+          : largest_of(u[a].size(), [=](std::size_t n) { return std::abs(f[n]); }));
   }
   return fastest;
 }
