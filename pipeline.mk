@@ -35,7 +35,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -47,7 +47,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -103,25 +103,41 @@ nightly: check
 # Seconds of each fuzzer, and of mutate; SEED: of mutate and faults.
 FUZZ_SECONDS ?= 60
 SEED ?= 1
-# All of ours but precompute's meshers, compiled by clang so that it checks memory and undefined behaviour as it runs.
-ARCHETIDE_CHECKED = $(BUILD)-address
+# All of ours but precompute's meshers, compiled by clang so that it checks itself as it runs: memory and undefined behaviour
+# (address), or races (thread). $(1): which; $(2): targets.
 define archetide_compile_checked
 +$(ARCHETIDE_MAKE) deps ALSO='$(ARCHETIDE_CLANG_PACKAGES)'
-CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(ARCHETIDE_CHECKED)' -DARCHETIDE_PRECOMPUTE=OFF \
-  -DARCHETIDE_SANITIZE=address -DARCHETIDE_FUZZ=ON -DARCHETIDE_NATIVE=OFF
-cmake --build '$(ARCHETIDE_CHECKED)' --parallel $(JOBS) $(1)
+CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-$(1)' -DARCHETIDE_PRECOMPUTE=OFF \
+  -DARCHETIDE_SANITIZE=$(1) $(if $(filter address,$(1)),-DARCHETIDE_FUZZ=ON) -DARCHETIDE_NATIVE=OFF
+cmake --build '$(BUILD)-$(1)' --parallel $(JOBS) $(if $(2),--target $(2))
 endef
 
 # Random inputs for every reader, guided by what they reach: OUT/fuzz; TARGETS='ply scene': only these.
 fuzz:
-	$(call archetide_compile_checked,--target fuzzers)
-	FUZZ_SECONDS='$(FUZZ_SECONDS)' sh '$(ARCHETIDE_ROOT)tests/fuzz/run_fuzzers.sh' '$(ARCHETIDE_CHECKED)/bin' \
+	$(call archetide_compile_checked,address,fuzzers)
+	FUZZ_SECONDS='$(FUZZ_SECONDS)' sh '$(ARCHETIDE_ROOT)tests/fuzz/run_fuzzers.sh' '$(BUILD)-address/bin' \
 	  '$(ARCHETIDE_ROOT)tests/fuzz/corpus' '$(OUT)/fuzz' $(TARGETS)
 
-# The fast tests, checked while they run. Leaks are not looked for: libraries keep memory to the end.
-sanitize:
-	$(call archetide_compile_checked,)
-	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(ARCHETIDE_CHECKED)' -L fast --output-on-failure -j$(JOBS)
+# The fast tests, and three scenes on two threads, checked while they run. CHECK=address, thread: only that one. Leaks are
+# not looked for: libraries keep memory to the end. Races are looked for in the tests of what runs on several threads;
+# without its tool archer the checker does not know of the barriers of OpenMP.
+CHECK ?= address thread
+ARCHETIDE_THREADED_TESTS := $(addprefix test_unit_,grid numerics fluid cut_cells pressure)
+ARCHETIDE_CHECK_SCENES = sh '$(ARCHETIDE_ROOT)tests/sanitize/run_scenes.sh' '$(BUILD)-$(1)/bin/archetide-sim' '$(ASSETS)' \
+  '$(ARCHETYPES)' '$(OUT)/sanitize/$(1)'
+sanitize: $(CHECK:%=sanitize-%)
+sanitize-address:
+	$(call archetide_compile_checked,address,)
+	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast --output-on-failure -j$(JOBS)
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
+	ASAN_OPTIONS=detect_leaks=0 $(call ARCHETIDE_CHECK_SCENES,address)
+sanitize-thread:
+	$(call archetide_compile_checked,thread,archetide-sim $(ARCHETIDE_THREADED_TESTS))
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
+	@export TSAN_OPTIONS=halt_on_error=1:ignore_noninstrumented_modules=1 OMP_NUM_THREADS=2 OMP_WAIT_POLICY=passive \
+	  OMP_TOOL_LIBRARIES="$$(clang++ -print-file-name=libarcher.so)"; \
+	for t in $(ARCHETIDE_THREADED_TESTS); do '$(BUILD)-thread/bin/'$$t --gtest_brief=1 --gtest_filter=-Slow* || exit 3; done; \
+	$(call ARCHETIDE_CHECK_SCENES,thread)
 
 # Command lines and files with random mistakes in them: exit codes, messages, time and memory.
 mutate: deps
@@ -189,7 +205,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -380,5 +396,5 @@ help:
 	@echo '  mutate       random mistakes in command lines and files, FUZZ_SECONDS=60, SEED=1'
 	@echo '  faults       kills, signals, full disks, little memory, odd names: a table; QUICK=1, ROWS="kill-run"'
 	@echo '  mutations    whether the fast tests notice a changed line: COUNT=200, SEED=1; hours'
-	@echo '  sanitize     fast tests with checks of memory and undefined behaviour (clang)'
+	@echo '  sanitize     fast tests and scenes with checks of memory, undefined behaviour and races (clang); CHECK=address, thread'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'
