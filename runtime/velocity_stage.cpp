@@ -55,10 +55,6 @@ void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& re
   s.water_angular_impulse[b] += torque;
 }
 
-// Of a nonlinear body's energy, what its forces may make from nothing in a step, since they are
-// linear in this stage [D66].
-constexpr double kMostMade = 0.2;
-
 bool at_rest(const ReducedBody& body) {
   return body.P.isZero(0.0) && body.L.isZero(0.0) && body.q_dot.isZero(0.0);
 }
@@ -130,9 +126,7 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
                                                      results[b].y.tail(body.r), dt)
                             : 0.0;
     accept(results[b], body);
-    if (may_halve(s.options, report, kMostForEnergy) &&
-        made > kMostMade * (kinetic_energy(body) + elastic_energy(body)))
-      return false;
+    if (may_halve(s.options, report, kMostForEnergy) && forces_throw(body, made)) return false;
   }
   bend(half, bent, s);
   if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
