@@ -9,7 +9,9 @@
 namespace archetide {
 namespace {
 
-constexpr double kMayGive = 1e-3;  // cells a step that contacts may give way
+constexpr double kExact = 1e-6;  // tolerance of solves from which on contacts are exact as well
+/// Cells a step that contacts may give way.
+double may_give(double tolerance) { return std::clamp(1e3 * tolerance, 1e3 * kExact, 1e-2); }
 
 bool may_touch(const GroupContacts& contacts, const std::vector<StageResult>& results) {
   if (!contacts.shapes.empty()) return !contacts.contacts.empty();
@@ -78,18 +80,23 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
   rows.resolve(again ? rows.expected_free(y_free) : rows.at_rows(y_free));
   contact_seconds_ = watch.wall();
 
-  // The first solve only has to tell which contacts press; it is the first guess of the next.
-  constexpr int kRounds = 5;
-  CoupledSolveOptions trial = options_.solve;
-  if (again) trial.tolerance = std::max(trial.tolerance, kTrialTolerance);
+  // All but the last solve only have to tell which contacts press and at what speeds; the last two
+  // have the scene's tolerance if that is an exact one.
+  constexpr int kRounds = 6;
+  const double give = may_give(options_.solve.tolerance), middle = 0.1 * give;
+  const int last_rounds = options_.solve.tolerance < kExact ? 2 : 1;
+  CoupledSolveOptions solve = options_.solve;
+  const auto loosen = [&](double tolerance) {
+    solve.tolerance = std::max(options_.solve.tolerance, again ? tolerance : 0.0);
+  };
+  loosen(kTrialTolerance);
   Array3<double>& pressure = pressure_[stage == Stage::kVelocityFull];
   SolveReport total;
-  for (int round = 1;; ++round) {
+  for (int round = 1, at_tolerance = 0;; ++round) {
     rows.hold();
     rows.start(y_star, coupled);
-    total.add(solver_.find_pressure(options_.grid, system_, h, coupled,
-                                    round == 1 ? trial : options_.solve, u, pressure, rows.held(),
-                                    round > 1));
+    total.add(solver_.find_pressure(options_.grid, system_, h, coupled, solve, u, pressure,
+                                    rows.held(), round > 1));
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (coupled[b].nodes)
         y_free[b] = y_star[b] + coupled[b].answer(coupled[b].impulse);
@@ -99,9 +106,13 @@ SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<S
     if (!again || round == kRounds) break;
     const Stopwatch round_watch;
     rows.resolve(rows.free_of_rows(coupled));
-    const bool settled = round > 1 && rows.agrees(coupled, kMayGive * options_.grid.dx / dt);
+    const bool settled = rows.agrees(coupled, give * options_.grid.dx / dt);
     contact_seconds_ += round_watch.wall();
-    if (settled) break;
+    at_tolerance = solve.tolerance == options_.solve.tolerance ? at_tolerance + 1 : 0;
+    if (settled && at_tolerance >= last_rounds) break;
+    const bool ending = settled || round + last_rounds >= kRounds ||
+                        (at_tolerance > 0 && at_tolerance < last_rounds);
+    loosen(ending ? 0.0 : middle);
   }
   solver_.move_water(options_.grid, system_, h, pressure, u, valid_);
   contacts.sweeps += rows.sweeps();
