@@ -12,8 +12,12 @@ OUT ?= $(ARCHETIDE_ROOT)out
 SETS ?=
 # Extra options of `archetide-sim render`.
 RENDER ?=
-# Compile jobs, and threads of a run (empty: all cores, shared among the jobs of `make -j`).
-JOBS ?= 2
+# Compile jobs and tests side by side (a core and 2 GiB of free memory each), and threads of a run (empty: all cores, shared
+# among the jobs of `make -j`).
+ifeq ($(origin JOBS),undefined)
+JOBS := $(shell n=$$(nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 2097152)}' /proc/meminfo); \
+  [ "$$m" -ge "$$n" ] || n=$$m; echo $$(( n > 1 ? n : 1 )))
+endif
 THREADS ?=
 # Warnings are errors; OFF for other compilers than Debian bookworm's.
 WERROR ?= ON
@@ -85,15 +89,16 @@ endef
 build: deps
 	$(call archetide_compile,archetide-precompute archetide-sim)
 
-# Tests run side by side, each with its threads: those that wait must not spin.
+# Tests run side by side, each on two threads: those that wait must not spin.
+ARCHETIDE_TEST_THREADS = OMP_NUM_THREADS=$${OMP_NUM_THREADS:-2} OMP_WAIT_POLICY=passive
 check: deps
 	$(call archetide_compile)
-	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L fast --output-on-failure -j$(JOBS)
+	$(ARCHETIDE_TEST_THREADS) ctest --test-dir '$(BUILD)' -L fast --output-on-failure -j$(JOBS)
 
 # All that CI leaves out, hours: slow tests (random scenes, validation), every row of the scorecard, the scenes of the paper
 # coarsely, and the attacks.
 nightly: check
-	OMP_WAIT_POLICY=passive ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
+	$(ARCHETIDE_TEST_THREADS) ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' QUICK=1 paper
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' faults mutate sanitize fuzz
