@@ -75,11 +75,16 @@ std::vector<StageBody> bodies_of_stage(SimulationState& s, double dt) {
 }
 
 // Modes that would close elements which stand at their limit are held there; true if there are any.
-bool lock_modes(SimulationState& s, const std::vector<StageResult>& results, double dt,
-                std::vector<StageBody>& stage) {
+bool lock_modes(SimulationState& s, const std::vector<StageResult>& results,
+                const ContactForces& pushes, double dt, std::vector<StageBody>& stage) {
+  std::vector<char> pressed(s.bodies.size(), 0);
+  for (const ContactForce& push : pushes)
+    for (const int b : {push.a, push.b})
+      if (b >= 0) pressed[b] = 1;
   bool any = false;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
-    stage[b].at.locked = s.guard.closing(s.bodies[b], results[b].motion, results[b].y, dt);
+    stage[b].at.locked =
+        s.guard.closing(s.bodies[b], results[b].motion, results[b].y, dt, pressed[b] != 0);
     any = any || stage[b].at.locked.size() > 0;
   }
   return any;
@@ -97,7 +102,7 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
     return report.converged;
   };
   if (!couple()) return false;
-  if (!lock_modes(s, results, dt, stage)) return true;
+  if (!lock_modes(s, results, reachable.forces, dt, stage)) return true;
   s.water.restore_half();
   if (s.body_contacts) reachable = reachable_contacts(s, dt);
   return couple();

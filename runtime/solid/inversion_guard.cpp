@@ -28,11 +28,14 @@ const InversionLimit& InversionGuard::limit(const ReducedBody& body) {
 }
 
 MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y,
-                             double dt) {
+                             double dt, bool pressed) {
+  constexpr double kLittle = 0.9;  // of the way of a body that others press on is cut off no more
   if (!bounded(body)) return {};
   VecX q_dot = y.tail(body.r);
   const InversionLimit& at = limit(body);
-  if (at.allowed_share(body.q + dt * q_dot) == 1.0) return {};
+  const double share = at.allowed_share(body.q + dt * q_dot);
+  if (share == 1.0) return {};
+  if (pressed && share < kLittle) return MatX::Identity(body.r, body.r);
   return at.stop_closing(body.q, stage.terms.M_q, q_dot);
 }
 

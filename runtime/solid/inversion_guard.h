@@ -19,8 +19,10 @@ class InversionGuard {
 
   /// Directions (r x k, or empty) in which a step with y (6 + r) would lead beyond the limit from a
   /// place that is already there: for Configuration::locked, so that what surrounds the body meets
-  /// modes that do not move.
-  MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
+  /// modes that do not move. All directions if others press on the body and much of its way would be
+  /// cut off: it would not make the room that they were given.
+  MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt,
+               bool pressed);
 
   /// Shortens the way of the modes with y (6 + r) to the largest share of q + dt q_dot that is
   /// allowed, which is returned.

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 
 #include "common/archetype/complete_basis.h"
 #include "common/base/byte_stream.h"
@@ -54,6 +55,18 @@ class FullModes : public testing::Test {
         << more;
     return run(ARCHETIDE_PRECOMPUTE_BIN " build " + folder_ + name + ".body.toml -o " + folder_ +
                name + ".h5");
+  }
+  /// Five of them fall on a dry floor and on each other.
+  int drop_heap(const std::string& archetype) const {
+    std::ofstream(folder_ + "heap.scene.toml")
+        << "schema = 1\ntime = { end = 0.8, fps = 12 }\nstep = { max = 0.01 }\n[fluid]\n"
+           "grid = [16, 16, 40]\ncell = \"1/16\"\nwater = { level = 0.0 }\n"
+           "walls = { zmax = \"open\" }\n[[scatter]]\narchetype = \""
+        << archetype
+        << "\"\ncount = 5\nbox = [[0.28, 0.28, 0.3], [0.72, 0.72, 2.2]]\nrotation = \"random\"\n"
+           "seed = 5\nvelocity = [0, 0, -2]\n[contact]\nrestitution = 0.1\nfriction = 0.4\n";
+    return run(ARCHETIDE_SIM_BIN " run " + folder_ + "heap.scene.toml --archetypes " + folder_ +
+               " -t 1 -o " + folder_ + "out");
   }
   int simulate(const std::string& archetype, const std::string& modes,
                const std::string& options = "", const std::string& more = "") const {
@@ -203,22 +216,25 @@ TEST_F(FullModes, NonlinearModesFloat) {
 // matter of contact 1.5 cells, and a heap of other bodies took thousands of steps [D66].
 TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
   ASSERT_EQ(build("bent", "10, kind = \"nonlinear\", derivatives = 12", 1, "", 5e3), 0) << err();
-  std::ofstream(folder_ + "heap.scene.toml")
-      << "schema = 1\ntime = { end = 0.8, fps = 12 }\nstep = { max = 0.01 }\n[fluid]\n"
-         "grid = [16, 16, 40]\ncell = \"1/16\"\nwater = { level = 0.0 }\n"
-         "walls = { zmax = \"open\" }\n[[scatter]]\narchetype = \"bent\"\ncount = 5\n"
-         "box = [[0.28, 0.28, 0.3], [0.72, 0.72, 2.2]]\nrotation = \"random\"\nseed = 5\n"
-         "velocity = [0, 0, -2]\n[contact]\nrestitution = 0.1\nfriction = 0.4\n";
-  ASSERT_EQ(run(ARCHETIDE_SIM_BIN " run " + folder_ + "heap.scene.toml --archetypes " + folder_ +
-                " -t 1 -o " + folder_ + "out"),
-            0)
-      << err();
+  ASSERT_EQ(drop_heap("bent"), 0) << err();
   const std::vector<double> deep = column("stats.csv", "max_penetration"),
                             energy = column("stats.csv", "energy");
   EXPECT_LT(*std::max_element(deep.begin(), deep.end()), 0.5 / 16);  // half a cell
   EXPECT_LT(deep.size(), 200u);
   for (std::size_t n = 1; n < energy.size(); ++n)
     EXPECT_LE(energy[n], energy[n - 1] + 1e-3 * energy.front());
+}
+
+// The same of linear modes, which are stopped at their limits [D33].
+TEST_F(FullModes, LinearBodiesAtTheirLimitsMakeNoRoom) {
+  ASSERT_EQ(build("bar", "10", 1, "", 5e3), 0) << err();
+  ASSERT_EQ(drop_heap("bar"), 0) << err();
+  const std::vector<double> deep = column("stats.csv", "max_penetration"),
+                            held = column("stats.csv", "held_bodies");
+  std::printf("measured: %.2f cells, %zu steps, bodies held %g times\n",
+              16.0 * *std::max_element(deep.begin(), deep.end()), deep.size(),
+              std::accumulate(held.begin(), held.end(), 0.0));
+  EXPECT_LT(*std::max_element(deep.begin(), deep.end()), 0.5 / 16);  // half a cell
 }
 
 TEST_F(FullModes, ANonlinearArchetypeWithoutModesIsRigid) {
