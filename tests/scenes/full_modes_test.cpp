@@ -56,15 +56,16 @@ class FullModes : public testing::Test {
     return run(ARCHETIDE_PRECOMPUTE_BIN " build " + folder_ + name + ".body.toml -o " + folder_ +
                name + ".h5");
   }
-  /// Five of them fall on a dry floor and on each other.
-  int drop_heap(const std::string& archetype) const {
+  /// They fall on a dry floor and on each other.
+  int drop_heap(const std::string& archetype, int count, int seed, int speed) const {
     std::ofstream(folder_ + "heap.scene.toml")
         << "schema = 1\ntime = { end = 0.8, fps = 12 }\nstep = { max = 0.01 }\n[fluid]\n"
            "grid = [16, 16, 40]\ncell = \"1/16\"\nwater = { level = 0.0 }\n"
            "walls = { zmax = \"open\" }\n[[scatter]]\narchetype = \""
-        << archetype
-        << "\"\ncount = 5\nbox = [[0.28, 0.28, 0.3], [0.72, 0.72, 2.2]]\nrotation = \"random\"\n"
-           "seed = 5\nvelocity = [0, 0, -2]\n[contact]\nrestitution = 0.1\nfriction = 0.4\n";
+        << archetype << "\"\ncount = " << count << "\nseed = " << seed << "\nvelocity = [0, 0, "
+        << -speed
+        << "]\nbox = [[0.3, 0.3, 0.3], [0.7, 0.7, 2.2]]\nrotation = \"random\"\n"
+           "[contact]\nrestitution = 0.1\nfriction = 0.4\n";
     return run(ARCHETIDE_SIM_BIN " run " + folder_ + "heap.scene.toml --archetypes " + folder_ +
                " -t 1 -o " + folder_ + "out");
   }
@@ -216,7 +217,7 @@ TEST_F(FullModes, NonlinearModesFloat) {
 // matter of contact 1.5 cells, and a heap of other bodies took thousands of steps [D66].
 TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
   ASSERT_EQ(build("bent", "10, kind = \"nonlinear\", derivatives = 12", 1, "", 5e3), 0) << err();
-  ASSERT_EQ(drop_heap("bent"), 0) << err();
+  ASSERT_EQ(drop_heap("bent", 5, 5, 2), 0) << err();
   const std::vector<double> deep = column("stats.csv", "max_penetration"),
                             energy = column("stats.csv", "energy");
   EXPECT_LT(*std::max_element(deep.begin(), deep.end()), 0.5 / 16);  // half a cell
@@ -225,16 +226,22 @@ TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
     EXPECT_LE(energy[n], energy[n - 1] + 1e-3 * energy.front());
 }
 
-// The same of linear modes, which are stopped at their limits [D33].
+// Linear modes that are stopped at their limits [D33]. Measured: 0.40 cells, 100 steps, 3 halvings;
+// where contact counted on room that they would make 0.96 cells, and 177 halvings in 76 steps.
 TEST_F(FullModes, LinearBodiesAtTheirLimitsMakeNoRoom) {
-  ASSERT_EQ(build("bar", "10", 1, "", 5e3), 0) << err();
-  ASSERT_EQ(drop_heap("bar"), 0) << err();
+  ASSERT_EQ(
+      run(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/starfish.body.toml -o " +
+          folder_ + "starfish.h5"),
+      0)
+      << err();
+  ASSERT_EQ(drop_heap("starfish", 8, 2, 6), 0) << err();
   const std::vector<double> deep = column("stats.csv", "max_penetration"),
                             held = column("stats.csv", "held_bodies");
   std::printf("measured: %.2f cells, %zu steps, bodies held %g times\n",
               16.0 * *std::max_element(deep.begin(), deep.end()), deep.size(),
               std::accumulate(held.begin(), held.end(), 0.0));
   EXPECT_LT(*std::max_element(deep.begin(), deep.end()), 0.5 / 16);  // half a cell
+  EXPECT_LT(deep.size(), 200u);
 }
 
 TEST_F(FullModes, ANonlinearArchetypeWithoutModesIsRigid) {
