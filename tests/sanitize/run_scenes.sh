@@ -4,8 +4,6 @@
 sim=$1 assets=$2 archetypes=$3 out=$4
 mkdir -p "$out" || exit 5
 set -f  # brackets are no patterns
-# A program that is checked by several means maps far more address space than it uses.
-unset ARCHETIDE_MEMORY_LIMIT
 
 failed=
 # name | scene | end, s | settings: water and particles with a ring that hits the floor's walls; jointed bodies under one
