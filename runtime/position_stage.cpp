@@ -104,7 +104,8 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
   if (!couple()) return false;
   if (!lock_modes(s, results, reachable.forces, dt, stage)) return true;
   s.water.restore_half();
-  if (s.body_contacts) reachable = reachable_contacts(s, dt);
+  s.coupling.keep_loads();
+  reachable.start = reachable.forces;
   return couple();
 }
 

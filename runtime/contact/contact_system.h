@@ -29,11 +29,14 @@ void add_rows(int k, int a, const ContactPoint& point, const std::vector<Contact
 /// Relative velocity and unit impulses of one contact and what they do: frame (normal, two
 /// tangents).
 struct ContactRows {
-  int a = -1, b = -1;                 // b < 0: does not move
+  int a = -1, b = -1;  // b < 0: does not move
+  // Three rows, each in one piece; three columns likewise.
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   Eigen::Matrix<double, 3, 3> frame;  // rows n, t1, t2, world
-  MatX J_a, J_b;                      // 3 x (6 + r), or K: relative velocity v_a - v_b per unit y
+  Rows J_a, J_b;                      // 3 x (6 + r), or K: relative velocity v_a - v_b per unit y
   int unit_a = -1, unit_b = -1;       // J of a body of nodes: the unit rows from here on
-  MatX W_a, W_b;                      // (6 + r) x 3: H^-1 J^T
+  Columns W_a, W_b;                   // (6 + r) x 3: H^-1 J^T
   Mat3 D;                             // J H^-1 J^T, 1/kg
   double rho = 0.0;                   // largest eigenvalue of its tangential part, 1/kg
   std::optional<double> friction;     // absent: that of ContactSolveOptions

@@ -31,14 +31,17 @@ const InnerFlow& Coupling::inner_flow_of(const Archetype& archetype) {
   return at->second;
 }
 
-// Geometry of this configuration, the pressure system in it (Eq. 23), and u* with what narrow faces
-// carry.
-void Coupling::meet_water(const FreeSurface& surface, const std::vector<StageBody>& bodies,
-                          const NarrowFlow& narrow, MacField& u) {
-  if (!wet()) return;
-  if (!std::exchange(geometry_is_prepared_, false)) update_geometry(bodies);
-  assemble(surface);
-  add_narrow_flow(narrow, open_, u);
+// Geometry of this configuration, the pressure system in it (Eq. 23), and what the water gives the
+// bodies beside p'.
+void Coupling::meet_water(Stage stage, double dt, const FreeSurface& surface,
+                          const std::vector<StageBody>& bodies) {
+  const Known known = std::exchange(known_, Known::kNothing);
+  if (known == Known::kLoads) return;
+  if (wet()) {
+    if (known != Known::kGeometry) update_geometry(bodies);
+    assemble(surface);
+  }
+  loads_ = stage_loads(stage, dt, surface, bodies);
 }
 
 // Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
@@ -67,7 +70,7 @@ void Coupling::move_freely(Stage stage, double dt, const StageBody& in, const Ve
 // that water; H: of what is seen of the body.
 MatX Coupling::water_beside(std::size_t b, const MatX& H, CoupledBody& c) {
   const InnerFlow& inner = inner_flow_of(*surfaces_[b].body->archetype);
-  c.flux = std::move(fluxes_[b]);
+  c.flux = fluxes_[b];  // another couple() may need them
   MatX carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density,
                                PlacedInnerFlow(inner, surfaces_[b]), c.flux);
   bound_carried_water(H, carried);
@@ -82,7 +85,7 @@ void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u
   const double density = options_.hydrostatics.density;
   MatX& carried = carried_[b];
   if (skinned_[b]) {
-    c.flux = std::move(fluxes_[b]);
+    c.flux = fluxes_[b];
     carried = MatX::Zero(dofs, dofs);
     return;
   }
@@ -171,17 +174,10 @@ std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
     if (carried_velocity_[b].size() == 0)
       carried_velocity_[b] = VecX::Zero(seen_dofs(*bodies[b].body));
   std::vector<CoupledBody> coupled(bodies.size());
-  std::vector<std::size_t> of_nodes;  // on all threads: they take most of the time
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b].body->nodes) {
-      of_nodes.push_back(b);
-      if (wet()) inner_flow_of(*bodies[b].body->archetype);
-    } else {
-      start_body(stage, dt, b, bodies[b], loads, u, coupled[b], results[b]);
-    }
-  }
-  for_each_large(of_nodes.size(), [&](std::size_t n) {
-    const std::size_t b = of_nodes[n];
+  if (wet() && options_.geometry == Geometry::kCutCell)
+    for (std::size_t b = 0; b < bodies.size(); ++b)  // made before the threads
+      if (!skinned_[b]) inner_flow_of(*bodies[b].body->archetype);
+  for_each_large(bodies.size(), [&](std::size_t b) {
     start_body(stage, dt, b, bodies[b], loads, u, coupled[b], results[b]);
   });
   add_first_impulses(bodies, loads, coupled, results);
@@ -256,13 +252,13 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
                              const std::vector<StageBody>& bodies, MacField& u,
                              std::vector<StageResult>& results, GroupContacts* together,
                              const NarrowFlow& narrow, const Array3<double>* held) {
-  meet_water(surface, bodies, narrow, u);
-  const Loads loads = stage_loads(stage, dt, surface, bodies);
-  std::vector<CoupledBody> coupled = start_bodies(stage, dt, bodies, loads, u, results);
+  meet_water(stage, dt, surface, bodies);
+  if (wet()) add_narrow_flow(narrow, open_, u);
+  std::vector<CoupledBody> coupled = start_bodies(stage, dt, bodies, loads_, u, results);
   measure_before(stage, u, held);
 
   const SolveReport report = solve(stage, dt, bodies, together, u, coupled, results);
-  measure_after(stage, dt, loads, coupled, u, held);
+  measure_after(stage, dt, loads_, coupled, u, held);
 
   const bool ends_step = stage == Stage::kVelocityFull;
   if (ends_step) solved_velocity_.resize(bodies.size());

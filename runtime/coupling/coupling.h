@@ -79,6 +79,10 @@ class Coupling {
                      std::vector<StageResult>& results, GroupContacts* together = nullptr,
                      const NarrowFlow& narrow = {}, const Array3<double>* held = nullptr);
 
+  /// The next couple() is of the stage, bodies and water of the last one, but for the modes that are
+  /// locked: geometry, pressure system and loads stay.
+  void keep_loads() { known_ = Known::kLoads; }
+
   /// The velocities stage just solved ends a step that is taken: the water carried beside the bodies
   /// goes on from them. Without it the next couple() begins where the last one did.
   void accept_velocities();
@@ -151,13 +155,14 @@ class Coupling {
   };
   Loads stage_loads(Stage stage, double dt, const FreeSurface& surface,
                     const std::vector<StageBody>& bodies);
+  Loads loads_;  // of the last couple()
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
 
   // The system, and the bodies in it (coupling.cpp).
-  void meet_water(const FreeSurface& surface, const std::vector<StageBody>& bodies,
-                  const NarrowFlow& narrow, MacField& u);
+  void meet_water(Stage stage, double dt, const FreeSurface& surface,
+                  const std::vector<StageBody>& bodies);
   void assemble(const FreeSurface& surface);
   const InnerFlow& inner_flow_of(const Archetype& archetype);
   void move_freely(Stage stage, double dt, const StageBody& in, const VecX& hydro,
@@ -227,7 +232,8 @@ class Coupling {
   std::map<const Archetype*, InnerFlow> inner_flows_;
   std::vector<MatX> carried_;      // cut cells: water that moves with what is seen of each body, kg
   std::vector<VoxelBody> voxels_;  // voxel
-  bool geometry_is_prepared_ = false;  // the geometry is that of the next couple()
+  enum class Known { kNothing, kGeometry, kLoads };
+  Known known_ = Known::kNothing;  // of the next couple()
   std::vector<SlipFace> slip_faces_;
   PressureSystem system_;
   CoupledSolver solver_;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "runtime/coupling/coupling.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 
@@ -94,8 +95,11 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
   faces_.resize(bodies.size());
   fluxes_.assign(bodies.size(), {});
   skinned_ = skinned_bodies(bodies.size(), skins_);
-  for (const StageBody& b : bodies)
-    surfaces_.push_back(body_surface(b.met ? *b.met : *b.body, options_.modal.mass));
+  surfaces_.resize(bodies.size());
+  for_each_large(bodies.size(), [&](std::size_t b) {
+    surfaces_[b] =
+        body_surface(bodies[b].met ? *bodies[b].met : *bodies[b].body, options_.modal.mass);
+  });
   cut_bare_bodies();
   cut_skins();
   for (const CellBox& box : before) open_box(box);
@@ -106,7 +110,7 @@ void Coupling::update_geometry(const std::vector<StageBody>& bodies) {
 void Coupling::prepare_geometry(const std::vector<StageBody>& bodies) {
   if (!wet()) return;
   update_geometry(bodies);
-  geometry_is_prepared_ = true;
+  known_ = Known::kGeometry;
 }
 
 }  // namespace archetide

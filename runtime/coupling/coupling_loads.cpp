@@ -3,6 +3,7 @@
 #include "runtime/coupling/coupling.h"
 #include "runtime/coupling/displaced_push.h"
 #include "runtime/coupling/hydrostatic_force.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 
@@ -12,11 +13,12 @@ std::vector<VecX> Coupling::hydrostatic_loads(const std::vector<StageBody>& bodi
   const auto read_at = [&](std::size_t b) {
     return bodies[b].read_points.empty() ? &surfaces_[b].points : &bodies[b].read_points;
   };
-  for (std::size_t b = 0; b < bodies.size(); ++b)
+  for_each_large(bodies.size(), [&](std::size_t b) {
     if (!wet())
       loads[b] = VecX::Zero(bodies[b].body->dofs());
     else if (!skinned_[b])
       loads[b] = hydrostatic_force(options_.grid, surfaces_[b], *read_at(b), system_);
+  });
   if (!wet()) return loads;
   for (std::size_t s = 0; s < skins_.size(); ++s) {
     std::vector<const std::vector<Vec3>*> own;
@@ -42,10 +44,11 @@ std::vector<VecX> Coupling::displaced_pushes(const FreeSurface& surface, double 
   const Grid& g = options_.grid;
   const double density = options_.hydrostatics.density;
   std::vector<VecX> impulses(surfaces_.size());
-  for (std::size_t b = 0; b < surfaces_.size(); ++b)
+  for_each_large(surfaces_.size(), [&](std::size_t b) {
     impulses[b] = skinned_[b] ? VecX::Zero(surfaces_[b].body->dofs())
                               : displaced_push(g, wet_surface(surfaces_[b]), half_way_[b], surface,
                                                density, dt)[0];
+  });
   for (std::size_t s = 0; s < skins_.size(); ++s) {
     const std::vector<VecX> of_members =
         displaced_push(g, wet_surface(skins_[s], surfaces_, skin_points_[s]), skins_half_way_[s],

@@ -22,11 +22,11 @@ double share_of_way(double cells, double farthest) {
   return beyond > 1.0 ? 1.0 / (beyond * beyond) : 1.0;
 }
 
-std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::vector<Vec3>& before,
+std::vector<Mat3> push_on_some(const Grid& g, const WetSurface& s, const std::vector<Vec3>& before,
                                const FreeSurface& water, double density, double dt,
                                std::span<const Vec3i> triangles) {
-  std::vector<VecX> impulses = no_forces(s);
-  MovingTriangle triangle(s);
+  std::vector<Mat3> impulses;
+  impulses.reserve(triangles.size());
   const double scale = density * dt / water.push_seconds;
   for (const Vec3i& t : triangles) {
     Vec3 x[3], way[3], middle[3];
@@ -36,8 +36,8 @@ std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::ve
       x[v] = (now - g.origin) / g.dx, way[v] = now - then, middle[v] = 0.5 * (now + then);
       moved = moved || !way[v].isZero(0.0);
     }
+    Mat3& impulse = impulses.emplace_back(Mat3::Zero());
     if (!moved) continue;
-    triangle.start(t);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!water.phi->contains(cell[0], cell[1], cell[2])) return;
       const Vec3 w = centroid_weights(piece);
@@ -54,7 +54,7 @@ std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::ve
       const double share =
           std::min(depth, 1.0) * share_of_way(swept.cwiseAbs().maxCoeff() / g.dx, farthest);
       const Vec3 load = (scale * share * volume) * interpolate(g, *water.push, place);
-      triangle.add(w, load, [&](std::size_t m) { return impulses[m].data(); });
+      impulse += load * w.transpose();
     });
   }
   return impulses;
@@ -65,9 +65,9 @@ std::vector<VecX> push_on_some(const Grid& g, const WetSurface& s, const std::ve
 std::vector<VecX> displaced_push(const Grid& g, const WetSurface& s,
                                  const std::vector<Vec3>& before, const FreeSurface& water,
                                  double density, double dt) {
-  return sum_of_parts(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
-                        return push_on_some(g, s, before, water, density, dt, some);
-                      }));
+  return generalised_forces(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
+                              return push_on_some(g, s, before, water, density, dt, some);
+                            }));
 }
 
 }  // namespace archetide

@@ -9,17 +9,12 @@
 namespace archetide {
 namespace {
 
-// Accumulates -integral h v . n for polygons of one triangle, v = 1, e x (x - t) and the modes, all
-// linear.
+// Accumulates -integral h v . n for polygons of one triangle, v linear on it.
 class TriangleForce {
  public:
-  TriangleForce(const WetSurface& s, std::vector<VecX>& forces)
-      : s_(s), forces_(forces), triangle_(s) {}
-
-  void start(const Vec3i& t) {
-    for (int v = 0; v < 3; ++v) corner_[v] = (*s_.points)[t[v]];
+  TriangleForce(const WetSurface& s, const Vec3i& t) {
+    for (int v = 0; v < 3; ++v) corner_[v] = (*s.points)[t[v]];
     normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]).stableNormalized();
-    triangle_.start(t);
   }
   Vec3 at(const Vec3& bary) const {
     return bary[0] * corner_[0] + bary[1] * corner_[1] + bary[2] * corner_[2];
@@ -31,16 +26,14 @@ class TriangleForce {
     const Vec3 x[3] = {at(w[0]), at(w[1]), at(w[2])};
     const double area = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).dot(normal_);
     const double h_sum = h[0] + h[1] + h[2];
-    Vec3 mean_weight = Vec3::Zero();  // integral of h times the weights of the whole triangle
-    for (int a = 0; a < 3; ++a) mean_weight += area / 12.0 * (h[a] + h_sum) * w[a];
-    triangle_.add(-mean_weight, normal_, [&](std::size_t m) { return forces_[m].data(); });
+    for (int a = 0; a < 3; ++a) mean_weight_ += area / 12.0 * (h[a] + h_sum) * w[a];
   }
+  /// On the corners, N, one a column.
+  Mat3 force() const { return -normal_ * mean_weight_.transpose(); }
 
  private:
-  const WetSurface& s_;
-  std::vector<VecX>& forces_;
-  MovingTriangle triangle_;
   Vec3 corner_[3], normal_;
+  Vec3 mean_weight_ = Vec3::Zero();  // integral of h times the weights of the corners
 };
 
 // What the surface carries beside p' (rho g . (x - x_ref) under water, the interface's pressure
@@ -91,13 +84,13 @@ void add_polygon(const ClipPolygon& part, const H& h_at, TriangleForce& triangle
   }
 }
 
-std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
+std::vector<Mat3> forces_on_some(const Grid& g, const WetSurface& s,
                                  const std::vector<Vec3>& read_points, const PressureSystem& water,
                                  Loads loads, std::span<const Vec3i> triangles) {
   const Hydrostatics& hydro = water.hydrostatics;
   const FreeSurface& free = water.surface;
-  std::vector<VecX> forces = no_forces(s);
-  TriangleForce triangle(s, forces);
+  std::vector<Mat3> forces;
+  forces.reserve(triangles.size());
   const Array3<CellKind>& kind = water.matrix.kind;
   const Vec3 rho_g = hydro.density * hydro.gravity;
   const auto in_grid = [&](const Vec3i& c) { return kind.contains(c[0], c[1], c[2]); };
@@ -105,8 +98,7 @@ std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
   for (const Vec3i& t : triangles) {
     const CellCorners corners(g, s, t);
     const bool deep = is_deep(g, water, corners);
-    if (deep && rho_g.isZero(0.0)) continue;
-    triangle.start(t);
+    TriangleForce triangle(s, t);
     const Vec3 read[3] = {read_points[t[0]], read_points[t[1]], read_points[t[2]]};
     const auto read_at = [&](const Vec3& w) {
       return Vec3(w[0] * read[0] + w[1] * read[1] + w[2] * read[2]);
@@ -117,6 +109,7 @@ std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
                            rho_g.dot(read[1] - hydro.reference),
                            rho_g.dot(read[2] - hydro.reference)};
       triangle.add(w, h);
+      forces.push_back(triangle.force());
       continue;
     }
     for_each_piece(g, corners.x, [&](const Vec3i& cell, const ClipPolygon& piece) {
@@ -152,6 +145,7 @@ std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
         return rho_g.dot(at - to_interface(at) - hydro.reference) - back;
       });
     });
+    forces.push_back(triangle.force());
   }
   return forces;
 }
@@ -159,9 +153,9 @@ std::vector<VecX> forces_on_some(const Grid& g, const WetSurface& s,
 std::vector<VecX> forces_on(const Grid& g, const WetSurface& s,
                             const std::vector<Vec3>& read_points, const PressureSystem& water,
                             Loads loads) {
-  return sum_of_parts(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
-                        return forces_on_some(g, s, read_points, water, loads, some);
-                      }));
+  return generalised_forces(s, parts_of(*s.triangles, [&](std::span<const Vec3i> some) {
+                              return forces_on_some(g, s, read_points, water, loads, some);
+                            }));
 }
 
 }  // namespace

@@ -61,86 +61,93 @@ void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>
   }
 }
 
-bool MemberTriangle::start(const WetSurface& surface, const WetSurface::Member& member,
-                           const Vec3i& t) {
-  body_ = member.body;
-  if (body_->nodes) {
-    for (int v = 0; v < 3; ++v) row_[v] = t[v];
-    return true;
-  }
-  if (!member.share) {
-    modes_ = &wet_modes(*body_->body);
-    for (int v = 0; v < 3; ++v) {
-      weight_[v] = 1.0;
-      row_[v] = t[v];
-      arm_[v] = (*surface.points)[t[v]] - body_->centre;
+MemberJacobian::MemberJacobian(const WetSurface& surface, const WetSurface::Member& member)
+    : surface_(surface),
+      member_(member),
+      body_(*member.body),
+      share_(member.share),
+      modes_(share_ ? share_->modes : wet_modes(*body_.body)) {}
+
+// Jᵀ of Eq. 4. Mode by mode over all columns: the places of one mode stay in the cache.
+MatX MemberJacobian::transposed(const SurfaceFlux& columns) const {
+  struct Entry {
+    std::ptrdiff_t row;  // of the modes
+    Vec3 load;           // s R^T w f
+  };
+  std::vector<Entry> entries;
+  entries.reserve(columns.vertex.size());
+  std::vector<std::size_t> ends;
+  const ShapeCorrection& shape = body_.terms.shape;
+  const int r = body_.body->r;
+  const auto count = static_cast<Eigen::Index>(columns.ends.size());
+  MatX out = MatX::Zero(6 + r, count);
+  for (Eigen::Index m = 0; m < count; ++m) {
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    double spread = 0.0;
+    for (std::size_t e = columns.begin(m); e < columns.ends[m]; ++e) {
+      const int v = columns.vertex[e], row = share_ ? share_->row[v] : v;
+      if (row < 0) continue;
+      const Vec3 f = share_ ? Vec3(share_->weights[row] * columns.area[e]) : columns.area[e];
+      const Vec3 arm = share_ ? member_.arms[row] : Vec3((*surface_.points)[v] - body_.centre);
+      force += f, torque += arm.cross(f), spread += arm.dot(f);
+      entries.push_back({3 * static_cast<std::ptrdiff_t>(row), shape.s * body_.R.transpose() * f});
     }
-    return true;
+    ends.push_back(entries.size());
+    out.col(m).head<3>() = force;
+    out.col(m).segment<3>(3) = torque;
+    if (r > 0)
+      out.col(m).tail(r) = spread * shape.slope.head(r) +
+                           shape.shift_rate.leftCols(r).transpose() * (body_.R.transpose() * force);
   }
-  modes_ = &member.share->modes;
-  bool any = false;
-  for (int v = 0; v < 3; ++v) {
-    const int row = member.share->row[t[v]];
-    any = any || row >= 0;
-    weight_[v] = row >= 0 ? member.share->weights[row] : 0.0;
-    row_[v] = std::max(row, 0);
-    arm_[v] = row >= 0 ? member.arms[row] : Vec3::Zero();
-  }
-  return any;
-}
-
-// Jᵀ of Eq. 4 with the weights of Section 7, times the load.
-void MemberTriangle::add(const Vec3& corner, const Vec3& n, double* f) const {
-  if (body_->nodes) {
-    for (int v = 0; v < 3; ++v)
-      Eigen::Map<Vec3>(f + 3 * static_cast<std::ptrdiff_t>(row_[v])) += corner[v] * n;
-    return;
-  }
-  const Vec3 w = corner.cwiseProduct(weight_);
-  const Vec3 arm = w[0] * arm_[0] + w[1] * arm_[1] + w[2] * arm_[2];
-  Eigen::Map<Vec3>(f) += w.sum() * n;
-  Eigen::Map<Vec3>(f + 3) += arm.cross(n);
-  const ShapeCorrection& shape = body_->terms.shape;
-  const Vec3 n_body = body_->R.transpose() * n, n_scaled = shape.s * n_body,
-             n_total = w.sum() * n_body;
-  const double spread = arm.dot(n);
-  for (int i = 0; i < body_->body->r; ++i) {
-    const double* phi = modes_->col(i).data();
-    double sum = shape.slope[i] * spread + shape.shift_rate.col(i).dot(n_total);
-    for (int v = 0; v < 3; ++v) {
-      const double* p = phi + 3 * static_cast<std::ptrdiff_t>(row_[v]);
-      sum += w[v] * (p[0] * n_scaled[0] + p[1] * n_scaled[1] + p[2] * n_scaled[2]);
+  for (int i = 0; i < r; ++i) {
+    const double* phi = modes_.col(i).data();
+    for (std::size_t m = 0, e = 0; m < ends.size(); ++m) {
+      double sum = 0.0;
+      for (; e < ends[m]; ++e) {
+        const double* p = phi + entries[e].row;
+        sum += p[0] * entries[e].load[0] + p[1] * entries[e].load[1] + p[2] * entries[e].load[2];
+      }
+      out(6 + i, static_cast<Eigen::Index>(m)) += sum;
     }
-    f[6 + i] += sum;
   }
+  return out;
 }
 
-void MovingTriangle::start(const Vec3i& triangle) {
-  moving_.clear();
-  for (std::size_t m = 0; m < members_.size(); ++m)
-    if (members_[m].start(surface_, surface_.members[m], triangle)) moving_.push_back(m);
+namespace {
+
+/// Takes from generalised forces ((6 + r) x columns) the spin that modes carry: B_i = R phi_i -
+/// (I^-1 D_i) x x instead of R phi_i (Eq. 16).
+void without_spin(const BodySurface& body, MatX& forces) {
+  forces.bottomRows(body.body->r).noalias() -=
+      body.terms.spin_of_modes.transpose() * forces.middleRows(3, 3);
 }
 
-std::vector<VecX> no_forces(const WetSurface& surface) {
+}  // namespace
+
+std::vector<VecX> generalised_forces(const WetSurface& surface,
+                                     const std::vector<std::vector<Mat3>>& parts) {
+  SurfaceFlux on_points;  // one column, of all points
+  for (int v = 0; v < static_cast<int>(surface.points->size()); ++v) on_points.add(v, Vec3::Zero());
+  on_points.end_column();
+  auto triangle = surface.triangles->begin();
+  for (const std::vector<Mat3>& part : parts)
+    for (const Mat3& load : part) {
+      for (int v = 0; v < 3; ++v) on_points.area[(*triangle)[v]] += load.col(v);
+      ++triangle;
+    }
   std::vector<VecX> forces;
-  for (const WetSurface::Member& m : surface.members)
-    forces.push_back(
-        VecX::Zero(m.body->nodes ? 3 * m.body->nodes->vertices() : m.body->body->dofs()));
-  return forces;
-}
-
-std::vector<VecX> sum_of_parts(const WetSurface& surface,
-                               const std::vector<std::vector<VecX>>& parts) {
-  std::vector<VecX> sum = no_forces(surface);
-  for (std::size_t m = 0; m < sum.size(); ++m) {
-    for (const std::vector<VecX>& part : parts) sum[m] += part[m];
-    const BodySurface& body = *surface.members[m].body;
-    if (body.nodes)
-      sum[m] = body.nodes->force(sum[m]);
-    else
-      without_spin(body, sum[m]);
+  for (const WetSurface::Member& m : surface.members) {
+    if (m.body->nodes) {
+      const auto n = static_cast<Eigen::Index>(3 * on_points.area.size());
+      forces.emplace_back(
+          m.body->nodes->force(Eigen::Map<const VecX>(on_points.area.data()->data(), n)));
+      continue;
+    }
+    MatX f = MemberJacobian(surface, m).transposed(on_points);
+    without_spin(*m.body, f);
+    forces.emplace_back(f.col(0));
   }
-  return sum;
+  return forces;
 }
 
 MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface) {
@@ -153,161 +160,130 @@ MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface) {
   return flux;
 }
 
-void without_spin(const BodySurface& body, VecX& force) {
-  force.tail(body.body->r).noalias() -= body.terms.spin_of_modes.transpose() * force.segment<3>(3);
-}
-
 namespace {
 
-/// A piece of a triangle of a body of nodes.
-struct CornerFlux {
-  Vec3i vertices;
-  Vec3 weights;  // of its centroid
-  Vec3 area;     // m^2
+/// A piece of a triangle within a cell. Every quantity is linear on a piece, so its value at the
+/// centroid times the area is exact.
+struct SweptPiece {
+  Vec3i cell, triangle;
+  Vec3 weights;     // of the centroid
+  Vec3 area;        // cells^2
+  double at, bend;  // of CellMoments::add
 };
 
-/// F of one body as its surface is swept: a column for each cell that was requested.
-class FluxColumns {
- public:
-  FluxColumns(const CellBox& box, const BodySurface& body)
-      : dofs_(seen_dofs(*body.body)), slots_(box) {}
-
-  int slot(const Vec3i& cell) {
-    const int at = slots_.slot(cell);
-    columns_.resize(slots_.cells().size() * dofs_, 0.0);
-    return at;
-  }
-  double* column(const Vec3i& cell) {
-    const auto first = static_cast<std::size_t>(slot(cell)) * dofs_;  // may move the columns
-    return columns_.data() + first;
-  }
-  void add(const Vec3i& cell, const CornerFlux& corner) {
-    const auto at = static_cast<std::size_t>(slot(cell));
-    if (corners_.size() <= at) corners_.resize(at + 1);
-    corners_[at].push_back(corner);
-  }
-  /// Eq. 16: B_i = R phi_i - (I^-1 D_i) x x takes the rigid spin out of each mode.
-  BodyFlux finish(const Grid& g, const BodySurface& body) const {
-    BodyFlux f;
-    f.cell.reserve(slots_.cells().size());
-    for (const Vec3i& c : slots_.cells())
-      f.cell.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
-                                  (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
-    if (body.nodes) {
-      for (std::size_t m = 0; m < f.cell.size(); ++m) end_column(m, f.surface);
-      f.flux = seen_flux(*body.nodes, f.surface);
-      return f;
-    }
-    f.flux =
-        Eigen::Map<const MatX>(columns_.data(), dofs_, static_cast<long>(slots_.cells().size()));
-    f.flux.bottomRows(dofs_ - 6).noalias() -=
-        body.terms.spin_of_modes.transpose() * f.flux.middleRows(3, 3);
-    return f;
-  }
-
- private:
-  // The vertices of column m, ascending, each once.
-  void end_column(std::size_t m, SurfaceFlux& surface) const {
-    std::vector<std::pair<int, Vec3>> all;
-    if (m < corners_.size())
-      for (const CornerFlux& c : corners_[m])
-        for (int v = 0; v < 3; ++v) all.emplace_back(c.vertices[v], c.weights[v] * c.area);
-    std::stable_sort(all.begin(), all.end(),
-                     [](const auto& p, const auto& q) { return p.first < q.first; });
-    for (std::size_t n = 0; n < all.size(); ++n)
-      if (n > 0 && all[n].first == all[n - 1].first)
-        surface.area.back() += all[n].second;
-      else
-        surface.add(all[n].first, all[n].second);
-    surface.end_column();
-  }
-
-  int dofs_;
-  CellSlots slots_;
-  std::vector<double> columns_;                   // dofs per cell
-  std::vector<std::vector<CornerFlux>> corners_;  // per cell, of a body of nodes
-};
-
-/// What the pieces of some triangles leave in their cells.
-struct SweptPieces {
-  struct Piece {
-    Vec3i cell;
-    Vec3 area;            // cells^2
-    double at, bend;      // of CellMoments::add
-    std::size_t members;  // the first of `member` that moves the next piece
-    std::size_t corners;  // the first of `corners` of the next piece
-  };
-  std::vector<Piece> pieces;
-  std::vector<std::size_t> member;  // of each piece those that move it ..
-  std::vector<double> flux;         // .. and what each of its dofs pushes into the cell
-  std::vector<CornerFlux> corners;  // of a body of nodes, alone on its surface
-};
-
-SweptPieces sweep_some(const Grid& g, const WetSurface& s, const std::vector<double>& kappa,
-                       std::span<const Vec3i> triangles) {
+std::vector<SweptPiece> sweep_some(const Grid& g, const WetSurface& s,
+                                   const std::vector<double>& kappa,
+                                   std::span<const Vec3i> triangles) {
   const std::vector<Vec3>& points = *s.points;
-  MovingTriangle triangle(s);
-  SweptPieces swept;
-  const bool nodes = s.members[0].body->nodes != nullptr;
+  std::vector<SweptPiece> pieces;
   for (const Vec3i& t : triangles) {
     const Vec3 x[3] = {to_grid(g, points[t[0]]), to_grid(g, points[t[1]]),
                        to_grid(g, points[t[2]])};
     const Vec3 bend = g.dx * Vec3(kappa[t[0]], kappa[t[1]], kappa[t[2]]);
-    triangle.start(t);
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
-      const Vec3 area = vector_area(piece), w = centroid_weights(piece);
+      const Vec3 w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      const bool inside =
-          (cell.array() >= 0).all() && cell[0] < g.nx && cell[1] < g.ny && cell[2] < g.nz;
-      const Vec3 a = area * (g.dx * g.dx);  // m^2
-      if (inside && nodes)
-        swept.corners.push_back({t, w, a});
-      else if (inside)
-        triangle.add(w, a, [&](std::size_t m) {
-          const std::size_t first = swept.flux.size();
-          swept.member.push_back(m);
-          swept.flux.resize(first + s.members[m].body->body->dofs(), 0.0);
-          return swept.flux.data() + first;
-        });
-      swept.pieces.push_back(
-          {cell, area, at - cell[0] - 0.5, w.dot(bend), swept.member.size(), swept.corners.size()});
+      pieces.push_back({cell, t, w, vector_area(piece), at - cell[0] - 0.5, w.dot(bend)});
     });
   }
+  return pieces;
+}
+
+/// A surface as the grid cuts it: moments of the cells, and what its points push into those cells
+/// that stand in `slots` (the rest of them get nothing).
+struct SweptSurface {
+  SurfaceCells cells;
+  CellSlots slots;
+  SurfaceFlux flux;
+};
+
+/// Sums the pieces of each cell point by point.
+void sum_pieces(const Grid& g, const std::vector<const SweptPiece*>& pieces, std::size_t points,
+                SweptSurface& swept) {
+  std::vector<std::vector<const SweptPiece*>> of_cell;
+  for (const SweptPiece* piece : pieces) {
+    const auto slot = static_cast<std::size_t>(swept.slots.slot(piece->cell));
+    if (of_cell.size() <= slot) of_cell.resize(slot + 1);
+    of_cell[slot].push_back(piece);
+  }
+  std::vector<std::size_t> place(points, 0);  // of a point among the entries, if in this column
+  for (const auto& column : of_cell) {
+    const std::size_t first = swept.flux.vertex.size();
+    for (const SweptPiece* piece : column)
+      for (int v = 0; v < 3; ++v) {
+        const int point = piece->triangle[v];
+        const Vec3 area = (g.dx * g.dx * piece->weights[v]) * piece->area;  // m^2
+        std::size_t& at = place[point];
+        if (at >= first && at < swept.flux.vertex.size() && swept.flux.vertex[at] == point) {
+          swept.flux.area[at] += area;
+        } else {
+          at = swept.flux.vertex.size();
+          swept.flux.add(point, area);
+        }
+      }
+    swept.flux.end_column();
+  }
+}
+
+SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
+  const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
+  const CellBox box = cell_box(g, *s.points);
+  SweptSurface swept{SurfaceCells(box), CellSlots(box), {}};
+  const auto parts = parts_of(
+      *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
+  std::vector<const SweptPiece*> inside;
+  const Vec3i end(g.nx, g.ny, g.nz);
+  for (const std::vector<SweptPiece>& part : parts)
+    for (const SweptPiece& piece : part) {
+      swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
+      if ((piece.cell.array() >= 0).all() && (piece.cell.array() < end.array()).all())
+        inside.push_back(&piece);
+    }
+  sum_pieces(g, inside, s.points->size(), swept);
   return swept;
 }
 
-/// Raw fluxes of all members of a surface and moments of the cells.
-struct SweptSurface {
-  SurfaceCells cells;
-  std::vector<FluxColumns> columns;  // of every member
-};
+std::vector<std::int64_t> cell_indices(const Grid& g, const std::vector<Vec3i>& cells) {
+  std::vector<std::int64_t> index;
+  index.reserve(cells.size());
+  for (const Vec3i& c : cells)
+    index.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
+                               (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
+  return index;
+}
 
-/// Gᵀ Wᵀ J of Eq. 45 with areas instead of 0 and 1. Every quantity is linear on a piece, so its
-/// value at the centroid times the area is exact.
-SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
-  const std::vector<double> kappa = mean_curvature(*s.points, *s.triangles);
-  SweptSurface swept{SurfaceCells(cell_box(g, *s.points)), {}};
-  for (const WetSurface::Member& m : s.members)
-    swept.columns.emplace_back(swept.cells.box(), *m.body);
-  const std::vector<SweptPieces> parts = parts_of(
-      *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
-  for (const SweptPieces& part : parts) {
-    const double* flux = part.flux.data();
-    std::size_t n = 0, corner = 0;
-    for (const SweptPieces::Piece& piece : part.pieces) {
-      for (; corner < piece.corners; ++corner)
-        swept.columns[0].add(piece.cell, part.corners[corner]);
-      swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
-      for (; n < piece.members; ++n) {
-        const std::size_t m = part.member[n];
-        const int dofs = s.members[m].body->body->dofs();
-        double* column = swept.columns[m].column(piece.cell);
-        for (int d = 0; d < dofs; ++d) column[d] += flux[d];
-        flux += dofs;
-      }
-    }
+/// Gᵀ Wᵀ J of Eq. 45 with areas instead of 0 and 1, of a body that is alone on its surface.
+BodyFlux body_flux(const Grid& g, const BodySurface& body, SweptSurface& swept) {
+  BodyFlux f{cell_indices(g, swept.slots.cells()), {}, {}};
+  while (swept.flux.ends.size() < f.cell.size()) swept.flux.end_column();
+  if (body.nodes) {
+    f.flux = seen_flux(*body.nodes, swept.flux);
+    f.surface = std::move(swept.flux);
+    return f;
   }
-  return swept;
+  const WetSurface wet = wet_surface(body);
+  f.flux = MemberJacobian(wet, wet.members[0]).transposed(swept.flux);
+  without_spin(body, f.flux);
+  return f;
+}
+
+/// The same of one member of a skin, in the cells where it moves something.
+BodyFlux member_flux(const Grid& g, const WetSurface& skin, const WetSurface::Member& member,
+                     const SweptSurface& swept) {
+  const MemberJacobian jacobian(skin, member);
+  std::vector<Vec3i> cells;
+  SurfaceFlux own;
+  for (std::size_t m = 0; m < swept.flux.ends.size(); ++m) {
+    const std::size_t before = own.vertex.size();
+    for (std::size_t e = swept.flux.begin(m); e < swept.flux.ends[m]; ++e)
+      if (jacobian.moves(swept.flux.vertex[e])) own.add(swept.flux.vertex[e], swept.flux.area[e]);
+    if (own.vertex.size() == before) continue;
+    own.end_column();
+    cells.push_back(swept.slots.cells()[m]);
+  }
+  BodyFlux f{cell_indices(g, cells), jacobian.transposed(own), {}};
+  without_spin(*member.body, f.flux);
+  return f;
 }
 
 // Removes the net flux of motions whose net flux is an error of the mesh: modes that keep the
@@ -332,13 +308,13 @@ std::vector<BodyFlux> cut_bodies(const Grid& g, const std::vector<const BodySurf
   std::vector<BodyFlux> fluxes(count);
   for_each_large(count, [&](std::size_t b) {
     const BodySurface& s = *surfaces[b];
-    FluxColumns& columns = swept[b]->columns[0];
+    CellSlots& slots = swept[b]->slots;
     bound_slip(s.body->archetype->volume / (g.dx * g.dx * g.dx), *faces[b]);
     for (DualFace& face : *faces[b]) {
-      face.low = columns.slot(face.face - Vec3i::Unit(face.axis));
-      face.high = columns.slot(face.face);
+      face.low = slots.slot(face.face - Vec3i::Unit(face.axis));
+      face.high = slots.slot(face.face);
     }
-    fluxes[b] = columns.finish(g, s);
+    fluxes[b] = body_flux(g, s, *swept[b]);
     balance_flux(fluxes[b].flux);
   });
   return fluxes;
@@ -353,8 +329,7 @@ std::vector<BodyFlux> cut_skin(const Grid& g, const WetSurface& skin, SolidFract
   SweptSurface swept = sweep_members(g, skin);
   sweep_surface(g, swept.cells, fractions);
   std::vector<BodyFlux> fluxes;
-  for (std::size_t m = 0; m < swept.columns.size(); ++m)
-    fluxes.push_back(swept.columns[m].finish(g, *skin.members[m].body));
+  for (const WetSurface::Member& m : skin.members) fluxes.push_back(member_flux(g, skin, m, swept));
   return fluxes;
 }
 

@@ -60,42 +60,23 @@ WetSurface wet_surface(const SkinnedBodies& skin, const std::vector<BodySurface>
 void move_with_members(const SkinnedBodies& skin, const std::vector<BodySurface>& surfaces,
                        const std::vector<const std::vector<Vec3>*>& to, std::vector<Vec3>& points);
 
-/// The corners of one triangle as one body moves them: J of Section 5.3 with the weights of Section
-/// 7, w_b [1, -[x_b - t_b]x, d place_b / dq], linear in between.
-class MemberTriangle {
+/// J^T of what one body moves of a surface: J of Section 5.3 with the weights of Section 7, w_b [1,
+/// -[x_b - t_b]x, d place_b / dq] at each of its points. Of a reduced body.
+class MemberJacobian {
  public:
-  /// False: the body does not move the triangle.
-  bool start(const WetSurface& surface, const WetSurface::Member& member, const Vec3i& triangle);
-  /// Generalised force (6 + r, the modes still with the spin that they carry) of the load
-  /// corner[v] n at the three corners: f += sum_v corner[v] J_v^T n. Of a body of nodes the forces
-  /// on its vertices, 3 ns.
-  void add(const Vec3& corner, const Vec3& n, double* f) const;
-
- private:
-  const BodySurface* body_ = nullptr;
-  const MatX* modes_ = nullptr;
-  Vec3 weight_;
-  Vec3 arm_[3];  // m
-  int row_[3];   // of the modes (a body of nodes: of the surface), in vertices
-};
-
-/// One triangle as all members of a surface that move it do.
-class MovingTriangle {
- public:
-  /// `surface` must outlive it.
-  explicit MovingTriangle(const WetSurface& surface)
-      : surface_(surface), members_(surface.members.size()) {}
-  void start(const Vec3i& triangle);
-  /// MemberTriangle::add for every member m that moves it, to the force at f_of(m).
-  template <class ForceOf>
-  void add(const Vec3& corner, const Vec3& n, const ForceOf& f_of) const {
-    for (const std::size_t m : moving_) members_[m].add(corner, n, f_of(m));
-  }
+  /// Both must outlive it.
+  MemberJacobian(const WetSurface& surface, const WetSurface::Member& member);
+  /// Whether the body moves point v.
+  bool moves(int v) const { return !share_ || share_->row[v] >= 0; }
+  /// J^T of every column, (6 + r) x columns.
+  MatX transposed(const SurfaceFlux& columns) const;
 
  private:
   const WetSurface& surface_;
-  std::vector<MemberTriangle> members_;
-  std::vector<std::size_t> moving_;
+  const WetSurface::Member& member_;
+  const BodySurface& body_;
+  const SkinShare* share_;
+  const MatX& modes_;
 };
 
 /// What of_some(items) makes of a hundred or so triangles or faces at a time, on all threads; in
@@ -116,16 +97,10 @@ auto parts_of(const std::vector<Item>& items, const OfSome& of_some) {
   return parts;
 }
 
-/// What MemberTriangle adds to, of nothing, for every member.
-std::vector<VecX> no_forces(const WetSurface& surface);
-
-/// Of every member, the sum of the parts as a generalised force, and without_spin of it.
-std::vector<VecX> sum_of_parts(const WetSurface& surface,
-                               const std::vector<std::vector<VecX>>& parts);
-
-/// Takes from a generalised force (6 + r) the spin that its modes carry: B_i = R phi_i - (I^-1 D_i)
-/// x x instead of R phi_i.
-void without_spin(const BodySurface& body, VecX& force);
+/// Of every member, the generalised force (6 + r, or 6 + 3 n of a body of nodes) of forces at the
+/// corners of the triangles of a surface: column v of a matrix at corner v, `parts` as of parts_of().
+std::vector<VecX> generalised_forces(const WetSurface& surface,
+                                     const std::vector<std::vector<Mat3>>& parts);
 
 /// Of what is seen of a body of nodes (BodyFlux::flux), m^2 per unit y.
 MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface);
