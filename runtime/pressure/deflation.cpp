@@ -10,6 +10,7 @@
 #include "runtime/numerics/aligned.h"
 #include "runtime/numerics/box_cycle.h"
 #include "runtime/numerics/fused_steps.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 namespace {
@@ -129,12 +130,11 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
     Patch p = box_of(op, b);
     if (p.cells > 0) patches_.push_back(std::move(p));
   }
-  std::vector<Light> light;
+  std::vector<Light> light(patches_.size());
+  for_each_large(patches_.size(),
+                 [&](std::size_t n) { light[n] = light_directions(op, patches_[n]); });
   double directions = 0.0;
-  for (const Patch& p : patches_) {
-    light.push_back(light_directions(op, p));
-    directions += static_cast<double>(light.back().S.cols());
-  }
+  for (const Light& l : light) directions += static_cast<double>(l.S.cols());
   const Expectation e = expect(op.water().unknowns(), patches_, light, tolerance);
   const double saved = warm_start ? kWarm * e.saved : e.saved;
   const bool pays = choice == DeflationChoice::kAlways || saved > kWorth * e.cost;

@@ -203,26 +203,34 @@ std::vector<VecX> ConstrainedInverse::impulses(const std::vector<VecX>& lambda) 
   return f;
 }
 
+// B (C′ H⁻¹ C′ᵀ)⁻¹ B^T with B of the pairs of one body: what `of_pair` gives of each, as columns.
+template <class OfPair>
+MatX ConstrainedInverse::of_own_pairs(int body, const OfPair& of_pair) const {
+  std::vector<MatX> x(pairs_.size());
+  const auto for_own = [&](const auto& f) {
+    for (std::size_t p = 0; p < pairs_.size(); ++p) {
+      if (pairs_[p].a == body) f(p, of_pair(pairs_[p].C_a, pairs_[p].W_a));
+      if (pairs_[p].b == body) f(p, of_pair(pairs_[p].C_b, pairs_[p].W_b));
+    }
+  };
+  for_own([&](std::size_t p, const auto& columns) { x[p] = columns.transpose(); });
+  factor_.solve_given(x);
+  const Eigen::Index n = inverse_mass_[body]->rows();
+  MatX sum = MatX::Zero(n, n);
+  for_own([&](std::size_t p, const auto& columns) { sum.noalias() += columns * x[p]; });
+  return 0.5 * (sum + sum.transpose());
+}
+
 MatX ConstrainedInverse::own_block(int body) const {
-  if (!touches(body)) return *inverse_mass_[body];
-  std::vector<MatX> y(inverse_mass_.size());
-  const Eigen::Index n = inverse_mass_[body]->cols();
-  for (const int b : bodies_) y[b] = MatX::Zero(inverse_mass_[b]->rows(), n);
-  y[body] = *inverse_mass_[body];
-  constrain(y);
-  return 0.5 * (y[body] + y[body].transpose());
+  const MatX& H_inverse = *inverse_mass_[body];
+  if (!touches(body)) return H_inverse;
+  return 0.5 * (H_inverse + H_inverse.transpose()) -
+         of_own_pairs(body, [](const MatX&, const MatX& W) -> const MatX& { return W; });
 }
 
 MatX ConstrainedInverse::own_loss(int body) const {
   ARCHETIDE_CHECK(touches(body));
-  std::vector<MatX> y(inverse_mass_.size());
-  const Eigen::Index n = inverse_mass_[body]->cols();
-  for (const int b : bodies_) y[b] = MatX::Zero(inverse_mass_[b]->rows(), n);
-  y[body].setIdentity();
-  std::vector<char> as_force(y.size(), 0);
-  as_force[body] = 1;
-  constrain(y, as_force);
-  return 0.5 * (y[body] + y[body].transpose());
+  return of_own_pairs(body, [](const MatX& C, const MatX&) { return C.transpose(); });
 }
 
 }  // namespace archetide

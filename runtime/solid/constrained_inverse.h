@@ -77,6 +77,8 @@ class ConstrainedInverse {
   void reduce(Pair& pair) const;
   template <class Matrix>
   std::vector<Matrix> held_back(const std::vector<Matrix>& y) const;
+  template <class OfPair>
+  MatX of_own_pairs(int body, const OfPair& of_pair) const;
   MatX coupling(const Pair& p, const Pair& q) const;
   std::vector<VecX> to_pairs(const std::vector<VecX>& blocks) const;
   std::vector<VecX> to_blocks(const std::vector<VecX>& pairs) const;

@@ -58,4 +58,21 @@ void RowFactor::setup(Blocks blocks) {
   }
 }
 
+void RowFactor::solve_given(std::vector<MatX>& x) const {
+  for (const Column& c : columns_) {
+    const MatX& given = x[c.block];
+    if (given.size() == 0) continue;
+    for (const auto& [j, L] : c.below) {
+      if (x[j].size() == 0) x[j] = MatX::Zero(L.rows(), given.cols());
+      x[j].noalias() -= L * given;
+    }
+  }
+  for (auto c = columns_.rbegin(); c != columns_.rend(); ++c) {
+    if (x[c->block].size() == 0) continue;
+    MatX z = c->pivot_inverse * x[c->block];
+    for (const auto& [j, L] : c->below) z.noalias() -= L.transpose() * x[j];
+    x[c->block] = std::move(z);
+  }
+}
+
 }  // namespace archetide

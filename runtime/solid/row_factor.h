@@ -31,6 +31,9 @@ class RowFactor {
       x[c->block] = z;
     }
   }
+  /// The same of blocks of which many are nothing: an empty matrix. Right in the blocks that were
+  /// given; others are filled in or stay empty. Takes as long as the blocks that those lead to.
+  void solve_given(std::vector<MatX>& x) const;
 
  private:
   struct Column {

@@ -144,6 +144,24 @@ TEST(ConstrainedInverse, GivesTheForcesThatHoldABody) {
   EXPECT_LT((own - c.own_block(1)).norm(), 1e-13 * H.norm());
 }
 
+// In a crowd, where the rows of a body lead to those of others: a ring with a tail and walls.
+TEST(ConstrainedInverse, KnowsTheBlockOfEveryBody) {
+  Group g;
+  const std::vector<int> dofs = {6, 8, 7, 6, 9, 6, 8};
+  for (const int n : dofs) g.add_body(n, 1.0);
+  for (const auto& [a, b, rows] :
+       {std::tuple(0, 1, 3), std::tuple(1, 2, 1), std::tuple(2, 3, 3), std::tuple(3, 4, 2),
+        std::tuple(4, 0, 1), std::tuple(5, 3, 3), std::tuple(2, -1, 1), std::tuple(6, -1, 3)})
+    g.tie(a, b, rows);
+  const ConstrainedInverse c = g.constrained();
+  const MatX exact = g.dense_constrained();
+  for (int b = 0, at = 0; b < static_cast<int>(dofs.size()); at += dofs[b++]) {
+    const MatX& H = g.inverse_mass[b];
+    EXPECT_LE((c.own_block(b) - exact.block(at, at, dofs[b], dofs[b])).norm(), 1e-13 * H.norm());
+    EXPECT_LE((H - H * c.own_loss(b) * H - c.own_block(b)).norm(), 1e-13 * H.norm());
+  }
+}
+
 TEST(ConstrainedInverse, MultipliersKeepTheRowsAndAreEqualAndOpposite) {
   Group g;
   for (const int dofs : {6, 8, 7}) g.add_body(dofs, 1.0);
