@@ -41,21 +41,15 @@ VecX first_way(const SimulationState& s, const ReducedBody& body, const Configur
 void guess_half_way(SimulationState& s, double dt) {
   s.half_way = s.bodies;
   const bool go_on = s.water.last_dt() >= 0.5 * dt;  // what closes gaps in a short step is fast
-  const auto guess = [&](ReducedBody& body) {
+  for_each_large(s.half_way.size(), [&](std::size_t b) {
+    ReducedBody& body = s.half_way[b];
     FreeMotion motion;
     motion.terms = configuration_terms(body, current_configuration(body), s.options.modal.mass);
     VecX y =
         go_on && body.last_way.size() > 0 ? body.last_way : first_way(s, body, motion.terms, dt);
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
-  };
-  std::vector<ReducedBody*> of_nodes;  // on all threads; the guard leaves them alone
-  for (ReducedBody& body : s.half_way)
-    if (body.nodes)
-      of_nodes.push_back(&body);
-    else
-      guess(body);
-  for_each_large(of_nodes.size(), [&](std::size_t n) { guess(*of_nodes[n]); });
+  });
 }
 
 // The bodies as they enter the solve, with the drive of their actuators in the middle of the step.
@@ -81,13 +75,12 @@ bool lock_modes(SimulationState& s, const std::vector<StageResult>& results,
   for (const ContactForce& push : pushes)
     for (const int b : {push.a, push.b})
       if (b >= 0) pressed[b] = 1;
-  bool any = false;
-  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+  for_each_large(s.bodies.size(), [&](std::size_t b) {
     stage[b].at.locked =
         s.guard.closing(s.bodies[b], results[b].motion, results[b].y, dt, pressed[b] != 0);
-    any = any || stage[b].at.locked.size() > 0;
-  }
-  return any;
+  });
+  return std::any_of(stage.begin(), stage.end(),
+                     [](const StageBody& body) { return body.at.locked.size() > 0; });
 }
 
 // Eqs. 45 and 49 with h = dt/2; once more if modes are to be locked, so that the water meets modes
@@ -161,8 +154,12 @@ bool keep_bodies_whole(SimulationState& s, const std::vector<FreeMotion>& motion
       continue;
     }
     again = false;
+    std::vector<char> beyond(s.bodies.size(), 0);
+    for_each_large(s.bodies.size(), [&](std::size_t b) {
+      beyond[b] = !stopped[b] && s.guard.beyond(s.bodies[b], dt, y[b]);
+    });
     for (std::size_t b = 0; b < s.bodies.size(); ++b)
-      if (!stopped[b] && s.guard.stop(static_cast<int>(b), s.bodies[b], motions[b], dt, y[b]))
+      if (beyond[b] && s.guard.stop(static_cast<int>(b), s.bodies[b], motions[b], dt, y[b]))
         stopped[b] = 1, again = again || reaction[b].size() > 0;
   }
   return true;
@@ -189,14 +186,17 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
     half.reaction.push_back(result.joint_reaction);
   }
   if (!keep_bodies_whole(s, motions, dt, y, half.reaction, attempt)) return false;
-  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
-    std::vector<Vec3> before;
-    wet_points(s.bodies[b], before);
+  const std::size_t bodies = s.bodies.size();
+  std::vector<std::vector<Vec3>> before(bodies);
+  for_each_large(bodies, [&](std::size_t b) { wet_points(s.bodies[b], before[b]); });
+  for (std::size_t b = 0; b < bodies; ++b) {
     s.bodies[b].last_way = y[b];
     half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
                                           stage[b].at.locked));
-    half.read_points.push_back(read_back(before, s.bodies[b]));
   }
+  half.read_points.resize(bodies);
+  for_each_large(bodies,
+                 [&](std::size_t b) { half.read_points[b] = read_back(before[b], s.bodies[b]); });
   return true;
 }
 

@@ -45,7 +45,7 @@ void stop_held_modes(SimulationState& s) {
 // One attempt at a step of dt from bodies as `before`; false leaves the state in the middle of it.
 bool attempt_step(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
                   StepAttempt& attempt) {
-  s.guard.start_step();
+  s.guard.start_step(s.bodies);
   s.budget.start_attempt(s.bodies);
   const bool done = s.options.scheme == Scheme::kNewmark
                         ? step_with_two_solves(s, before, dt, attempt)

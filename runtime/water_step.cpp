@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
-#include <map>
+#include <utility>
 
 #include "common/base/check.h"
 #include "runtime/fluid/advection.h"
@@ -142,16 +142,29 @@ double mean_size(const MacField& v, const FaceField<unsigned char>& valid) {
 // Flow that the last solve has given faces and that u does not show: through narrow ones, and
 // with bodies.
 std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
+  const std::vector<NarrowFace>& narrow = coupling.narrow_faces();
+  const std::vector<Coupling::SlipFace>& slip = coupling.slip_faces();
+  struct Solved {
+    int axis;
+    std::size_t face;
+    double after;  // m/s
+    auto key() const { return std::pair(axis, face); }
+  };
+  std::vector<Solved> solved;
   std::vector<FaceFlow> flow;
-  std::map<std::pair<int, std::size_t>, double> solved;
-  for (const NarrowFace& f : coupling.narrow_faces()) {
-    solved[{f.axis, f.face}] = f.after;
+  for (const NarrowFace& f : narrow) {
+    solved.push_back({f.axis, f.face, f.after});
     flow.push_back({f.axis, f.face, f.open * (f.after - u[f.axis][f.face])});
   }
-  for (const Coupling::SlipFace& f : coupling.slip_faces()) {
-    const auto narrow = solved.find({f.axis, f.face});
-    const double here = narrow == solved.end() ? u[f.axis][f.face] : narrow->second;
-    flow.push_back({f.axis, f.face, f.s * (f.v - here)});
+  std::ranges::sort(solved, {}, &Solved::key);
+  flow.resize(narrow.size() + slip.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t n = 0; n < slip.size(); ++n) {
+    const Coupling::SlipFace& f = slip[n];
+    const auto at = std::ranges::lower_bound(solved, std::pair(f.axis, f.face), {}, &Solved::key);
+    const bool is_narrow = at != solved.end() && at->key() == std::pair(f.axis, f.face);
+    const double here = is_narrow ? at->after : u[f.axis][f.face];
+    flow[narrow.size() + n] = {f.axis, f.face, f.s * (f.v - here)};
   }
   return flow;
 }

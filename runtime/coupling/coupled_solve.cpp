@@ -295,11 +295,8 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   for (std::size_t m = 0; m < s.at_surface.size(); ++m)
     rhs_[s.at_surface[m]] += to_phi * s.surface_rhs[s.at_surface[m]];
   CoupledPcgOptions pcg_options;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const VecX y = bodies[b].motion(bodies[b].y);
-    operator_.scatter(b, y, rhs_.data());
-    pcg_options.y.push_back(y);
-  }
+  for (const CoupledBody& body : bodies) pcg_options.y.push_back(body.motion(body.y));
+  operator_.scatter(pcg_options.y, 1.0, rhs_.data());
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
   // iterated on.
@@ -317,11 +314,10 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   report.incompatible_flow = incompatible * g.dx * g.dx;
 
   // Pressure to bodies, -Fhat^T p (Eqs. 39 and 40), and to the water.
+  const std::vector<VecX> pushes = operator_.gather(pressure.data());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    CoupledBody& body = bodies[b];
-    given[b] =
-        -rho * g.dx * g.dx * g.dx * operator_.on_body(b, operator_.gather(b, pressure.data()));
-    body.impulse += given[b];
+    given[b] = -rho * g.dx * g.dx * g.dx * operator_.on_body(b, pushes[b]);
+    bodies[b].impulse += given[b];
   }
   add_motion(operator_.rows(), given, bodies);
   return report;

@@ -155,7 +155,6 @@ class Coupling {
   };
   Loads stage_loads(Stage stage, double dt, const FreeSurface& surface,
                     const std::vector<StageBody>& bodies);
-  Loads loads_;  // of the last couple()
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
@@ -234,6 +233,7 @@ class Coupling {
   std::vector<VoxelBody> voxels_;  // voxel
   enum class Known { kNothing, kGeometry, kLoads };
   Known known_ = Known::kNothing;  // of the next couple()
+  Loads loads_;                    // of the last couple()
   std::vector<SlipFace> slip_faces_;
   PressureSystem system_;
   CoupledSolver solver_;

@@ -2,6 +2,7 @@
 // that moves with solids.
 
 #include "runtime/coupling/coupling.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 
@@ -68,23 +69,31 @@ void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
   slip_faces_.clear();
   if (options_.geometry != Geometry::kCutCell) return;
   const Grid& g = options_.grid;
-  const auto add = [&](const DualFaces& faces, const auto& speed) {
+  const auto slipping = [&](const DualFaces& faces, const auto& speed) {
+    std::vector<SlipFace> slip;
     for (const DualFace& f : faces)
       if (f.slip != 0.0)
-        slip_faces_.push_back(
+        slip.push_back(
             {f.axis, open_[f.axis].index(f.face[0], f.face[1], f.face[2]), f.slip, speed(f)});
+    return slip;
   };
-  for (const DualFaces& faces : obstacle_faces_) add(faces, [](const DualFace&) { return 0.0; });
-  VecX whole, strain;
-  for (std::size_t b = 0; b < coupled.size(); ++b) {
-    if (skinned_[b]) continue;
+  std::vector<std::vector<SlipFace>> of_body(coupled.size());
+  for_each_large(coupled.size(), [&](std::size_t b) {
+    if (skinned_[b]) return;
     const PlacedInnerFlow inner(inner_flow_of(*surfaces_[b].body->archetype), surfaces_[b]);
     const VecX y = seen_velocity(*surfaces_[b].body, coupled[b].y);
-    add(faces_[b], [&](const DualFace& f) {
+    VecX whole, strain;
+    of_body[b] = slipping(faces_[b], [&](const DualFace& f) {
       inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);
       return whole.dot(y);
     });
-  }
+  });
+  const auto add = [&](const std::vector<SlipFace>& slip) {
+    slip_faces_.insert(slip_faces_.end(), slip.begin(), slip.end());
+  };
+  for (const DualFaces& faces : obstacle_faces_)
+    add(slipping(faces, [](const DualFace&) { return 0.0; }));
+  for (const std::vector<SlipFace>& slip : of_body) add(slip);
 }
 
 }  // namespace archetide

@@ -37,6 +37,16 @@ double speed_around(const FaceField<double>& shape, int axis, std::size_t face,
   return std::sqrt(sum);
 }
 
+template <class Velocity>
+std::vector<double> speeds_around(const FaceField<double>& shape,
+                                  const std::vector<NarrowFace>& faces, const Velocity& velocity) {
+  std::vector<double> speed(faces.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t n = 0; n < faces.size(); ++n)
+    speed[n] = speed_around(shape, faces[n].axis, faces[n].face, velocity);
+  return speed;
+}
+
 }  // namespace
 
 void NarrowFlow::add(const NarrowFace& f, double beyond) {
@@ -47,10 +57,8 @@ void NarrowFlow::add(const NarrowFace& f, double beyond) {
 }
 
 NarrowFlow settle_after(const std::vector<NarrowFace>& faces, MacField& u) {
-  std::vector<double> speed(faces.size());
-  for (std::size_t n = 0; n < faces.size(); ++n)
-    speed[n] = speed_around(u, faces[n].axis, faces[n].face,
-                            [&](int axis, std::size_t f) { return u[axis][f]; });
+  const std::vector<double> speed =
+      speeds_around(u, faces, [&](int axis, std::size_t f) { return u[axis][f]; });
   NarrowFlow flow;
   for (std::size_t n = 0; n < faces.size(); ++n) {
     const NarrowFace& f = faces[n];
@@ -62,10 +70,8 @@ NarrowFlow settle_after(const std::vector<NarrowFace>& faces, MacField& u) {
 }
 
 NarrowFlow settle_before(const std::vector<NarrowFace>& faces, MacField& u, MacField& push) {
-  std::vector<double> speed(faces.size());
-  for (std::size_t n = 0; n < faces.size(); ++n)
-    speed[n] = speed_around(u, faces[n].axis, faces[n].face,
-                            [&](int axis, std::size_t f) { return u[axis][f] + push[axis][f]; });
+  const std::vector<double> speed =
+      speeds_around(u, faces, [&](int axis, std::size_t f) { return u[axis][f] + push[axis][f]; });
   NarrowFlow flow;
   for (std::size_t n = 0; n < faces.size(); ++n) {
     const NarrowFace& f = faces[n];

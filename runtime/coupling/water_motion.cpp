@@ -1,5 +1,6 @@
 #include "runtime/coupling/water_motion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -83,19 +84,22 @@ class FaceRow {
     if (all_air && !held) return;
     const auto water = [](RowKind r) { return r == RowKind::kWater || r == RowKind::kInner; };
     if (const double* filled = filled_row(); filled && (all_air || (water(low) && water(high)))) {
-      const RowSum row = plain(filled);
+      const RowSum row = row_sum(filled, first(), last());
       add(row, sum.held);
       if (!all_air) add(row, sum.solved);
       return;
     }
-    RowSum by_held, by_solve;
-    const double *e = &s.matrix.w[axis](0, j, k), *v = &u[axis](0, j, k);
-    for (int i = 0; i < u[axis].nx(); ++i) {
-      if (e[i] == 0.0) continue;
+    const int faces = u[axis].nx();
+    std::vector<double> by_held(faces), by_solve(faces);
+    const std::vector<unsigned char> plain = plain_shares(by_held.data());
+    by_solve = by_held;
+    for (int i = 0; i < faces; ++i) {
+      if (plain[i]) continue;
       const Shares of = shares(g, s, held, axis, {i, j, k});
-      by_held.add(of.held, v[i], i), by_solve.add(of.solved, v[i], i);
+      by_held[i] = of.held, by_solve[i] = of.solved;
     }
-    add(by_held, sum.held), add(by_solve, sum.solved);
+    add(row_sum(by_held.data(), 0, faces), sum.held);
+    add(row_sum(by_solve.data(), 0, faces), sum.solved);
   }
 
  private:
@@ -103,14 +107,40 @@ class FaceRow {
     return exists ? s.row(at_j, at_k) : RowKind::kAir;
   }
 
+  // Sets the shares, 1 or 0 in both measures, of faces that are open between full cells, closed, or
+  // between empty cells; returns which ones.
+  std::vector<unsigned char> plain_shares(double* share) const {
+    std::vector<unsigned char> plain(u[axis].nx(), 0);
+    if (at_side()) return plain;
+    const std::ptrdiff_t below = step_below();
+    const double *e = &s.matrix.w[axis](0, j, k), *full = held ? &(*held)(0, j, k) : nullptr;
+    const CellKind* kinds = &s.matrix.kind(0, j, k);
+    const auto wet = [&](std::ptrdiff_t n) { return kinds[n] == CellKind::kUnknown; };
+    const auto both_hold = [&](int i, double water) {
+      return !full || (full[i] == water && full[i - below] == water);
+    };
+    for (int i = first(); i < last(); ++i) {
+      const bool above = wet(i), under = wet(i - below);
+      const bool filled = e[i] == 1.0 && above && under && both_hold(i, 1.0);
+      const bool empty = e[i] == 0.0 || (!above && !under && both_hold(i, 0.0));
+      share[i] = filled ? 1.0 : 0.0;
+      plain[i] = filled || empty;
+    }
+    return plain;
+  }
+
+  bool at_side() const {  // of the tank, the whole row
+    return (axis == 1 && (j == 0 || j == g.ny)) || (axis == 2 && (k == 0 || k == g.nz));
+  }
+  std::ptrdiff_t step_below() const {  // from a cell to the one below the face on its low side
+    return axis == 0 ? 1 : axis == 1 ? g.nx : static_cast<std::ptrdiff_t>(g.nx) * g.ny;
+  }
+
   // What the cells above hold, if everywhere both are full, or both are empty, and no solid cuts.
   const double* filled_row() const {
-    if (!held || (axis == 1 && (j == 0 || j == g.ny)) || (axis == 2 && (k == 0 || k == g.nz)))
-      return nullptr;
+    if (!held || at_side()) return nullptr;
     const double *e = &s.matrix.w[axis](0, j, k), *above = &(*held)(0, j, k),
-                 *below = above - (axis == 0   ? 1
-                                   : axis == 1 ? g.nx
-                                               : static_cast<std::ptrdiff_t>(g.nx) * g.ny);
+                 *below = above - step_below();
     int other = 0;
 #pragma omp simd reduction(| : other)
     for (int i = first(); i < last(); ++i)
@@ -122,16 +152,17 @@ class FaceRow {
   int first() const { return axis == 0; }
   int last() const { return u[axis].nx() - (axis == 0); }
 
-  RowSum plain(const double* filled) const {
+  // Of faces begin <= i < end.
+  RowSum row_sum(const double* share, int begin, int end) const {
     const double* v = &u[axis](0, j, k);
     RowSum sum;
-    int i = first();
-    for (; i < last() && i % RowSum::kLanes != 0; ++i) sum.add(filled[i], v[i], i);
-    for (; i + RowSum::kLanes <= last(); i += RowSum::kLanes)
+    int i = begin;
+    for (; i < end && i % RowSum::kLanes != 0; ++i) sum.add(share[i], v[i], i);
+    for (; i + RowSum::kLanes <= end; i += RowSum::kLanes)
 #pragma omp simd
       for (int lane = 0; lane < RowSum::kLanes; ++lane)
-        sum.add(lane, filled[i + lane], v[i + lane], i + lane);
-    for (; i < last(); ++i) sum.add(filled[i], v[i], i);
+        sum.add(lane, share[i + lane], v[i + lane], i + lane);
+    for (; i < end; ++i) sum.add(share[i], v[i], i);
     return sum;
   }
 

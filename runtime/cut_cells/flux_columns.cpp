@@ -37,20 +37,20 @@ void gather(const MatX& columns, const std::vector<Place>& place, const Value* v
 }
 
 template <int B>
-void scatter(const MatX& columns, const std::vector<std::int64_t>& place, const VecX& v,
-             double* out) {
+void scatter(const MatX& columns, const std::vector<std::int64_t>& place, Eigen::Index first,
+             Eigen::Index end, const VecX& v, double* out) {
   const Eigen::Index rows = columns.rows(), last = columns.cols() - 1;
   double numbers[B * kRows] = {};
   std::memcpy(numbers, v.data(), static_cast<std::size_t>(rows) * sizeof(double));
   const Rows<B> factor(numbers);
-  for (Eigen::Index m = 0; m < last; ++m) {
+  for (Eigen::Index m = first; m < std::min(end, last); ++m) {
     __builtin_prefetch(out + place[std::min(m + kAhead, last)], 1);
     const Rows<B> column(columns.data() + m * rows);
     Eight s = {};
     for (int b = 0; b < B; ++b) s += factor.block[b] * column.block[b];
     out[place[m]] += ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
   }
-  out[place[last]] += columns.col(last).dot(v);
+  if (end > last) out[place[last]] += columns.col(last).dot(v);
 }
 
 // Calls f with the number of blocks as a constant; false where there are more than that.
@@ -96,12 +96,12 @@ VecX gather_columns(const MatX& columns, const std::vector<std::int64_t>& place,
   return gather_any(columns, place, values);
 }
 
-void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place, const VecX& v,
-                     double* out) {
-  if (place.empty()) return;
-  if (in_blocks(columns, [&](auto B) { scatter<B>(columns, place, v, out); })) return;
-  for (std::size_t m = 0; m < place.size(); ++m)
-    out[place[m]] += columns.col(static_cast<Eigen::Index>(m)).dot(v);
+void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place, std::size_t first,
+                     std::size_t end, const VecX& v, double* out) {
+  if (first >= end) return;
+  const auto from = static_cast<Eigen::Index>(first), to = static_cast<Eigen::Index>(end);
+  if (in_blocks(columns, [&](auto B) { scatter<B>(columns, place, from, to, v, out); })) return;
+  for (Eigen::Index m = from; m < to; ++m) out[place[m]] += columns.col(m).dot(v);
 }
 
 VecX sum_columns(const MatX& columns) {

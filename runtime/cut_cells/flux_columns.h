@@ -19,8 +19,8 @@ VecX gather_columns(const MatX& columns, const std::vector<std::int64_t>& place,
 /// Sum over the columns, 6 + r; zero where there are none.
 VecX sum_columns(const MatX& columns);
 
-/// out[place[m]] += column m . v
-void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place, const VecX& v,
-                     double* out);
+/// out[place[m]] += column m . v for m in [first, end)
+void scatter_columns(const MatX& columns, const std::vector<std::int64_t>& place, std::size_t first,
+                     std::size_t end, const VecX& v, double* out);
 
 }  // namespace archetide

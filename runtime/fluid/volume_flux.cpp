@@ -10,6 +10,7 @@
 #include "runtime/fluid/level_set.h"
 #include "runtime/fluid/sampling.h"
 #include "runtime/fluid/tricubic.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 namespace {
@@ -51,13 +52,12 @@ class Flow {
     }
     if (!near) return;
     for (int i = 0; i < count; ++i)
-      if (cut[i]) out[i] = through(axis, i, j, k);
+      if (cut[i]) out[i] = through(axis, i, j, k, w[i] * v[i]);
   }
 
-  /// Through face (i, j, k) of `axis` upwards, `beyond` as well.
-  double through(int axis, int i, int j, int k, double beyond = 0.0) const {
-    const std::size_t f = u[axis].index(i, j, k);
-    const double flow = h * (open[axis][f] * u[axis][f] + beyond);
+  /// Of what flows through face (i, j, k) of `axis` upwards at `speed`, m/s of the whole face.
+  double through(int axis, int i, int j, int k, double speed) const {
+    const double flow = h * speed;
     if (flow == 0.0) return 0.0;
     const double level = at_face(axis, i, j, k);
     if (std::abs(level) > farthest || std::abs(level) > kCut + h * fastest(axis, i, j, k))
@@ -214,12 +214,15 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
       carrier.rethrow();
     }
   }
-  for (const FaceFlow& f : beyond) {
+  std::vector<double> volume(beyond.size());
+  for_each_index(static_cast<int>(beyond.size()), true, [&](int n) {
+    const FaceFlow& f = beyond[n];
     const Ijk c = unravel(u[f.axis], static_cast<int>(f.face));
-    out[c.k] +=
-        book(f.axis, c.i, c.j, c.k,
-             flow.through(f.axis, c.i, c.j, c.k, f.beyond) - flow.through(f.axis, c.i, c.j, c.k),
-             residual);
+    volume[n] = flow.through(f.axis, c.i, c.j, c.k, f.beyond);
+  });
+  for (std::size_t n = 0; n < beyond.size(); ++n) {
+    const Ijk c = unravel(u[beyond[n].axis], static_cast<int>(beyond[n].face));
+    out[c.k] += book(beyond[n].axis, c.i, c.j, c.k, volume[n], residual);
   }
   double left = 0.0;
   for (const double plane : out) left += plane;

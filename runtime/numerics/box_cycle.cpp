@@ -59,7 +59,7 @@ void BlockLevel::load_plane(const MultigridLevel& level, const int begin[3], con
   }
 }
 
-std::size_t BlockLevel::unknowns_of(int k) const {
+std::size_t BlockLevel::work_of(int k) const {
   std::size_t count = 0;
   for (const Stretch& s : stretch_[k]) count += s.end - s.begin;
   return count;

@@ -31,7 +31,7 @@ struct BlockLevel {
            sz_ * static_cast<std::size_t>(k - low[2] + 1);
   }
   int strip(int stages) const;
-  std::size_t unknowns_of(int k) const;
+  std::size_t work_of(int k) const;
 
   void relax(const Rows& r, Colour colour, MultigridLevel::Ahead);
   void start(const Rows& r);

@@ -80,7 +80,7 @@ double FusedSteps::direction(double step, float zs, const float* z, float beta, 
   const std::size_t row_bytes = layout_.sy * (2 * sizeof(float) + 2 * sizeof(double));
   wavefront(
       layout_.nz, layout_.ny, strip_rows(kStages, row_bytes), kStages, parallel(),
-      [&](int plane) { return op_->rows().unknowns(plane + layout_.low[2]); },
+      [&](int plane) { return op_->rows().work(plane + layout_.low[2]); },
       [&](int stage, int plane, int first, int end) {
         const int k = plane + layout_.low[2];
         const auto& all = op_->rows().plane(k);

@@ -70,7 +70,7 @@ struct MultigridLevel {
     int k, first, end;
   };
   Rows plane(int k) const { return {k, 0, ny}; }
-  std::size_t unknowns_of(int k) const { return rows.unknowns(k); }
+  std::size_t work_of(int k) const { return rows.work(k); }
   /// Rows of a strip that stays in cache over the stages of a way down or up.
   int strip(int stages) const { return strip_rows(stages, 2 * sizeof(float) * sy); }
 

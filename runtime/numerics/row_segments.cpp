@@ -9,6 +9,7 @@ void RowSegments::reset(int planes) {
   planes_.resize(planes);
   for (auto& plane : planes_) plane.clear();
   unknowns_.assign(planes, 0);
+  work_.assign(planes, 0);
 }
 
 std::size_t RowSegments::unknowns() const {
@@ -17,6 +18,7 @@ std::size_t RowSegments::unknowns() const {
 
 void RowSegments::add_row(int k, int j, const RowCell* cells, int n) {
   std::vector<Segment>& out = planes_[k];
+  const std::size_t first = out.size();
   unknowns_[k] += n - std::count(cells, cells + n, kNoUnknown);
   const auto uniform = [&](int i) {
     return i < n && cells[i] != kNoUnknown && cells[i] != kGeneral;
@@ -46,11 +48,12 @@ void RowSegments::add_row(int k, int j, const RowCell* cells, int n) {
     else
       out.push_back({j, i, end});
   }
+  for (std::size_t s = first; s < out.size(); ++s) work_[k] += work_of(out[s]);
 }
 
 std::size_t RowSegments::bytes() const {
-  std::size_t total =
-      planes_.capacity() * sizeof(planes_[0]) + unknowns_.capacity() * sizeof(unknowns_[0]);
+  std::size_t total = planes_.capacity() * sizeof(planes_[0]) +
+                      (unknowns_.capacity() + work_.capacity()) * sizeof(std::size_t);
   for (const auto& plane : planes_) total += plane.capacity() * sizeof(Segment);
   return total;
 }

@@ -36,6 +36,7 @@ class RowSegments {
   void add(int k, const Segment& segment) {
     planes_[k].push_back(segment);
     unknowns_[k] += segment.end - segment.begin;
+    work_[k] += work_of(segment);
   }
 
   int planes() const { return static_cast<int>(planes_.size()); }
@@ -43,6 +44,8 @@ class RowSegments {
   /// Of plane k.
   std::size_t unknowns(int k) const { return unknowns_[k]; }
   std::size_t unknowns() const;
+  /// What a loop over plane k costs, in unknowns of uniform segments.
+  std::size_t work(int k) const { return work_[k]; }
   /// Those of rows first <= j < end of plane k.
   std::span<const Segment> rows(int k, int first, int end) const {
     const auto at = [&](int j) {
@@ -54,8 +57,13 @@ class RowSegments {
   std::size_t bytes() const;
 
  private:
+  static std::size_t work_of(const Segment& s) {
+    constexpr int kBegin = 8, kCoefficients = 3;  // to begin with it; a general unknown
+    return kBegin + (s.uniform() ? 1 : kCoefficients) * (s.end - s.begin);
+  }
+
   std::vector<std::vector<Segment>> planes_;
-  std::vector<std::size_t> unknowns_;  // of each plane
+  std::vector<std::size_t> unknowns_, work_;  // of each plane
 };
 
 }  // namespace archetide

@@ -24,7 +24,7 @@ template <class Level, class Stage>
 void pass_planes(Level& level, Stage&& stage) {
   wavefront(
       level.nz, level.ny, level.strip(kWayStages), kWayStages, level.parallel,
-      [&](int k) { return level.unknowns_of(k); },
+      [&](int k) { return level.work_of(k); },
       [&](int n, int k, int first, int end) {
         stage(n, MultigridLevel::Rows{k, first, end});
       });

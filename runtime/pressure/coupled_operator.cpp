@@ -1,10 +1,15 @@
 #include "runtime/pressure/coupled_operator.h"
 
+#include <omp.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "runtime/cut_cells/flux_columns.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 
@@ -62,7 +67,11 @@ CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSyst
   Body body;
   body.low = Vec3i(s.matrix.nx, s.matrix.ny, s.matrix.nz);
   body.flux.resize(f.flux.rows(), f.flux.cols());
-  for (std::size_t m = 0; m < f.cell.size(); ++m) {
+  std::vector<std::size_t> ascending(f.cell.size());
+  std::iota(ascending.begin(), ascending.end(), std::size_t{0});
+  std::sort(ascending.begin(), ascending.end(),
+            [&](std::size_t a, std::size_t b) { return f.cell[a] < f.cell[b]; });
+  for (const std::size_t m : ascending) {
     if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
     body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
         f.flux.col(static_cast<Eigen::Index>(m)) / area;
@@ -98,10 +107,25 @@ void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double densi
       bodies_[b].nodes = bodies[b].nodes;
     }
   } else {
-    bodies_.clear();
-    for (const CoupledBody& body : bodies) bodies_.push_back(body_of(g, s, density, body));
+    bodies_.assign(bodies.size(), {});
+    for_each_large(bodies.size(),
+                   [&](std::size_t b) { bodies_[b] = body_of(g, s, density, bodies[b]); });
+    share_cells();
   }
   setup_closed_regions();
+}
+
+void CoupledOperator::share_cells() {
+  constexpr std::size_t kEvery = 16;  // is looked at
+  std::vector<std::int64_t> cells;
+  for (const Body& body : bodies_)
+    for (std::size_t m = 0; m < body.cell.size(); m += kEvery) cells.push_back(body.cell[m]);
+  std::sort(cells.begin(), cells.end());
+  const auto parts = static_cast<std::size_t>(omp_get_max_threads());
+  part_.assign(parts + 1, std::numeric_limits<std::int64_t>::max());
+  part_[0] = 0;
+  for (std::size_t t = 1; t < parts && !cells.empty(); ++t)
+    part_[t] = cells[t * cells.size() / parts];
 }
 
 bool CoupledOperator::touches_bodies() const {
@@ -189,14 +213,23 @@ VecX CoupledOperator::gather(std::size_t b, const std::vector<std::size_t>& plac
   return body.nodes ? with_surface(body, seen, place, x) : seen;
 }
 
-void CoupledOperator::scatter(std::size_t b, const VecX& v, double* y) const {
-  const Body& body = bodies_[b];
-  if (!body.nodes) return scatter_columns(body.flux, body.cell, v, y);
-  const Eigen::Index seen = body.flux.rows();
-  scatter_columns(body.flux, body.cell, v.head(seen), y);
-  const VecX at_vertices = v.tail(v.size() - seen);
-  for (std::size_t m = 0; m < body.cell.size(); ++m)
-    y[body.cell[m]] += body.surface.pushed(m, at_vertices);
+void CoupledOperator::scatter(const std::vector<VecX>& v, double factor, double* y) const {
+  const auto add = [&](const Body& body, const VecX& at, std::size_t first, std::size_t end) {
+    if (!body.nodes) return scatter_columns(body.flux, body.cell, first, end, factor * at, y);
+    const Eigen::Index seen = body.flux.rows();
+    scatter_columns(body.flux, body.cell, first, end, factor * at.head(seen), y);
+    const VecX at_vertices = factor * at.tail(at.size() - seen);
+    for (std::size_t m = first; m < end; ++m)
+      y[body.cell[m]] += body.surface.pushed(m, at_vertices);
+  };
+  const std::size_t parts = part_.size() - 1;
+  for_each_large(parts, [&](std::size_t t) {
+    const auto place = [](const Body& body, std::int64_t cell) -> std::size_t {
+      return std::lower_bound(body.cell.begin(), body.cell.end(), cell) - body.cell.begin();
+    };
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      add(bodies_[b], v[b], place(bodies_[b], part_[t]), place(bodies_[b], part_[t + 1]));
+  });
 }
 
 template <class Matrix>
@@ -262,7 +295,7 @@ MatX CoupledOperator::own_inverse(std::size_t b) const {
 
 std::vector<VecX> CoupledOperator::gather(const double* x) const {
   std::vector<VecX> f(bodies_.size());
-  for (std::size_t b = 0; b < bodies_.size(); ++b) f[b] = gather(b, x);
+  for_each_large(bodies_.size(), [&](std::size_t b) { f[b] = gather(b, x); });
   return f;
 }
 
@@ -271,7 +304,7 @@ void CoupledOperator::apply(const double* x, double* y) const {
   water_.apply(x, y);
   std::vector<VecX> f = gather(x);
   respond(f);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) scatter(b, f[b], y);
+  scatter(f, 1.0, y);
 }
 
 // Root of the number of cells of each closed region: constants over it have norm 1.

@@ -68,7 +68,7 @@ class CoupledOperator {
   VecX closed_correction(const double* r) const;
 
   struct Body {
-    std::vector<std::int64_t> cell;                   // m, with an unknown
+    std::vector<std::int64_t> cell;                   // m, with an unknown, ascending
     MatX flux;                                        // (6 + r) x m, Fhat
     MatX inverse_mass;                                // rho dx^3 H^-1
     Vec3i low = Vec3i::Zero(), high = Vec3i::Zero();  // box around the cells
@@ -103,12 +103,13 @@ class CoupledOperator {
   /// Null where no rows are.
   const ConstrainedInverse* rows() const { return rows_; }
 
-  /// Fhat^T x of body b, rows(), and y += Fhat v.
+  /// Fhat^T x of body b, rows().
   VecX gather(std::size_t b, const double* x) const;
   /// The same of x at other places than its cells.
   VecX gather(std::size_t b, const std::vector<std::size_t>& place, const float* x) const;
   std::vector<VecX> gather(const double* x) const;  // of all
-  void scatter(std::size_t b, const VecX& v, double* y) const;
+  /// y += factor Fhat v[b] of every body b; the same numbers for any count of threads.
+  void scatter(const std::vector<VecX>& v, double factor, double* y) const;
 
   /// Of a solution A x = b: x^T A_water x, the kinetic energy that the pressure gives to the water,
   /// and v^T M v with the bodies' added masses M, that of the water which has to follow the bodies
@@ -123,10 +124,13 @@ class CoupledOperator {
   VecX along_constants(const double* v) const;
   VecX null_part(const double* v) const;
   void setup_closed_regions();
+  void share_cells();
 
   PoissonOperator water_;
   ClosedComponents closed_;
   std::vector<Body> bodies_;
+  // The cells of the grid that each thread adds to, [part_[t], part_[t + 1]): as many of bodies.
+  std::vector<std::int64_t> part_;
   double to_scaled_mass_ = 0.0;  // rho dx^3
   const ConstrainedInverse* rows_ = nullptr;
   MatX null_vectors_;    // closed regions x null directions

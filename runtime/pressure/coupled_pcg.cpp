@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/exception_carrier.h"
+#include "runtime/numerics/parallel.h"
 
 namespace archetide {
 namespace {
@@ -43,7 +43,7 @@ void CoupledPcg::setup(const CoupledOperator& op, Multigrid& cycle, Deflation& d
   momentum_.resize(op.bodies().size());
   response_.resize(op.bodies().size());
   error_.resize(op.bodies().size());
-  for (std::size_t b = 0; b < place_.size(); ++b) {
+  for_each_large(place_.size(), [&](std::size_t b) {
     const CoupledOperator::Body& body = op.bodies()[b];
     const MatX &M = body.added_mass, I = MatX::Identity(M.rows(), M.cols());
     const MatX inverse = op.own_inverse(b), both = inverse * (I + M * inverse).inverse();
@@ -53,7 +53,7 @@ void CoupledPcg::setup(const CoupledOperator& op, Multigrid& cycle, Deflation& d
       const Vec3i c = a.cell(n);
       place_[b].push_back(l(c[0], c[1], c[2]));
     }
-  }
+  });
 }
 
 SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOptions& options) {
@@ -110,7 +110,7 @@ double CoupledPcg::true_residual(const double* b, double* x) {
   if (op_->bodies().empty() && op_->closed().empty()) return std::sqrt(square);
   response_ = op_->gather(x);
   op_->respond(response_);
-  for (std::size_t n = 0; n < response_.size(); ++n) op_->scatter(n, -response_[n], r_.data());
+  op_->scatter(response_, -1.0, r_.data());
   op_->project(r_.data());
   return std::sqrt(steps_.square(r_.data()));
 }
@@ -125,15 +125,11 @@ double CoupledPcg::first_residual(const double* b, double* x, double norm_b) {
 
 // H^-1 Fhat^T z of every body.
 void CoupledPcg::respond(const float* z) {
-  ExceptionCarrier carrier;
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t b = 0; b < place_.size(); ++b)
-    carrier.run([&] {
-      const CoupledOperator::Body& body = op_->bodies()[b];
-      momentum_[b] = op_->gather(b, place_[b], z);
-      if (!body.nodes) response_[b].noalias() = body.inverse_mass * momentum_[b];
-    });
-  carrier.rethrow();
+  for_each_large(place_.size(), [&](std::size_t b) {
+    const CoupledOperator::Body& body = op_->bodies()[b];
+    momentum_[b] = op_->gather(b, place_[b], z);
+    if (!body.nodes) response_[b].noalias() = body.inverse_mass * momentum_[b];
+  });
   op_->respond_nodes(momentum_, response_);
   op_->hold(momentum_, response_);
 }
@@ -141,11 +137,9 @@ void CoupledPcg::respond(const float* z) {
 // q += sum F H^-1 F^T p, returns what it adds to p . q
 double CoupledPcg::apply_bodies(const float* p, double* q) {
   respond(p);
+  op_->scatter(response_, 1.0, q);
   double work = 0.0;
-  for (std::size_t b = 0; b < place_.size(); ++b) {
-    op_->scatter(b, response_[b], q);
-    work += momentum_[b].dot(response_[b]);
-  }
+  for (std::size_t b = 0; b < place_.size(); ++b) work += momentum_[b].dot(response_[b]);
   return work;
 }
 

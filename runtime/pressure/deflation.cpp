@@ -126,10 +126,9 @@ void Deflation::setup(const CoupledOperator& op, const Multigrid& water, Deflati
   patches_.clear();
   columns_ = 0;
   if (choice == DeflationChoice::kNever) return;
-  for (std::size_t b = 0; b < op.bodies().size(); ++b) {
-    Patch p = box_of(op, b);
-    if (p.cells > 0) patches_.push_back(std::move(p));
-  }
+  patches_.resize(op.bodies().size());
+  for_each_large(patches_.size(), [&](std::size_t b) { patches_[b] = box_of(op, b); });
+  std::erase_if(patches_, [](const Patch& p) { return p.cells == 0; });
   std::vector<Light> light(patches_.size());
   for_each_large(patches_.size(),
                  [&](std::size_t n) { light[n] = light_directions(op, patches_[n]); });

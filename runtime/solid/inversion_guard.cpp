@@ -20,15 +20,26 @@ VecX force_on_modes(const ReducedBody& body, const FreeMotion& stage, double dt,
 
 }  // namespace
 
-// Of the body's archetype; made once for all its instances.
-const InversionLimit& InversionGuard::limit(const ReducedBody& body) {
-  std::unique_ptr<InversionLimit>& made = limits_[body.archetype];
-  if (!made) made = std::make_unique<InversionLimit>(*body.archetype);
-  return *made;
+void InversionGuard::start_step(const std::vector<ReducedBody>& bodies) {
+  held_.clear();
+  for (const ReducedBody& body : bodies) {
+    if (!bounded(body)) continue;
+    std::unique_ptr<InversionLimit>& made = limits_[body.archetype];
+    if (!made) made = std::make_unique<InversionLimit>(*body.archetype);
+  }
+}
+
+// Of the body's archetype, for all its instances.
+const InversionLimit& InversionGuard::limit(const ReducedBody& body) const {
+  return *limits_.at(body.archetype);
+}
+
+bool InversionGuard::beyond(const ReducedBody& body, double dt, const VecX& y) const {
+  return bounded(body) && limit(body).allowed_share(body.q + dt * y.tail(body.r)) < 1.0;
 }
 
 MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y,
-                             double dt, bool pressed) {
+                             double dt, bool pressed) const {
   constexpr double kLittle = 0.9;  // of the way of a body that others press on is cut off no more
   if (!bounded(body)) return {};
   VecX q_dot = y.tail(body.r);
@@ -39,7 +50,7 @@ MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, c
   return at.stop_closing(body.q, stage.terms.M_q, q_dot);
 }
 
-double InversionGuard::shorten(const ReducedBody& body, double dt, VecX& y) {
+double InversionGuard::shorten(const ReducedBody& body, double dt, VecX& y) const {
   if (!bounded(body)) return 1.0;
   const VecX q = body.q + dt * y.tail(body.r);
   const double share = limit(body).allowed_share(q);

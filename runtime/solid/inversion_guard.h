@@ -14,19 +14,22 @@ namespace archetide {
 /// nothing for rigid bodies, O(r) a step for others that are far from the limit.
 class InversionGuard {
  public:
-  /// Forgets who was held.
-  void start_step() { held_.clear(); }
+  /// Forgets who was held. The other functions are for these bodies; const ones on any thread.
+  void start_step(const std::vector<ReducedBody>& bodies);
 
   /// Directions (r x k, or empty) in which a step with y (6 + r) would lead beyond the limit from a
   /// place that is already there: for Configuration::locked, so that what surrounds the body meets
   /// modes that do not move. All directions if others press on the body and much of its way would be
   /// cut off: it would not make the room that they were given.
   MatX closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt,
-               bool pressed);
+               bool pressed) const;
+
+  /// Whether a step with y (6 + r) would lead beyond the limit.
+  bool beyond(const ReducedBody& body, double dt, const VecX& y) const;
 
   /// Shortens the way of the modes with y (6 + r) to the largest share of q + dt q_dot that is
   /// allowed, which is returned.
-  double shorten(const ReducedBody& body, double dt, VecX& y);
+  double shorten(const ReducedBody& body, double dt, VecX& y) const;
 
   /// Modal rates of y (6 + r) that lead no further than the limit: to s (q + dt q_dot) with the
   /// largest s <= 1 that is allowed. If s < 1 body b is held, and true is returned.
@@ -50,7 +53,7 @@ class InversionGuard {
   bool holds(int b) const { return held_.count(b) > 0; }
 
  private:
-  const InversionLimit& limit(const ReducedBody& body);
+  const InversionLimit& limit(const ReducedBody& body) const;
 
   std::map<std::shared_ptr<const Archetype>, std::unique_ptr<InversionLimit>> limits_;
   struct Held {

@@ -30,8 +30,8 @@ std::vector<TetShape<10>::Gradients> gradients_at_points<10>() {
   return at;
 }
 
-/// Calls visit(nodes, G, grad u) at every point of a tet where u_of(node) is the displacement (m);
-/// G: 3 x N gradients of the shape functions, 1/m.
+/// Calls visit(nodes, G_of, grad u) at every point of a tet where u_of(node) is the displacement
+/// (m); G_of(): 3 x N gradients of the shape functions, 1/m.
 template <int N, class Displacement, class Visit>
 void visit_tet(const TetMesh& mesh, int t, const Displacement& u_of, const Visit& visit) {
   static const auto at_points = gradients_at_points<N>();
@@ -40,9 +40,9 @@ void visit_tet(const TetMesh& mesh, int t, const Displacement& u_of, const Visit
   Eigen::Matrix<double, 3, N> moved;
   for (int a = 0; a < N; ++a) moved.col(a) = u_of(nodes[a]);
   for (const auto& dN_dL : at_points) {
-    const Mat3 dx_dL = x * dN_dL.transpose();
-    const Eigen::Matrix<double, 3, N> G = dx_dL.inverse().transpose() * dN_dL;
-    visit(nodes, G, Mat3(moved * G.transpose()));
+    const Mat3 dx_dL = x * dN_dL.transpose(), dL_dx = dx_dL.inverse();
+    const auto G_of = [&]() -> Eigen::Matrix<double, 3, N> { return dL_dx.transpose() * dN_dL; };
+    visit(nodes, G_of, Mat3(Mat3(moved * dN_dL.transpose()) * dL_dx));
   }
 }
 
@@ -95,9 +95,10 @@ struct Closing {
 
 std::vector<Closing> elements_at_limit(const TetMesh& mesh, const VecX& u, double close) {
   std::vector<Closing> near;
-  visit_gradients(mesh, u, [&](const auto& nodes, const auto& G, const Mat3& A) {
+  visit_gradients(mesh, u, [&](const auto& nodes, const auto& G_of, const Mat3& A) {
     const auto add = [&](const Mat3& slope) {
       Closing c{{nodes.begin(), nodes.end()}, {}};
+      const auto G = G_of();
       for (std::size_t a = 0; a < nodes.size(); ++a)
         c.f.push_back(slope * G.col(static_cast<Eigen::Index>(a)));
       near.push_back(std::move(c));
@@ -183,8 +184,14 @@ double InversionLimit::allowed_share(const VecX& q) const {
   if (surely_holds(q) || !q.allFinite()) return 1.0;
   double share = 1.0;
   const double harmless = std::pow(harmless_gradient(), 2);
-  const auto u_of = [&](int node) {
-    return Vec3(archetype_.node_modes.middleRows<3>(3 * node).leftCols(q.size()) * q);
+  const TetMesh& mesh = archetype_.tets;
+  const std::vector<int> tets = doubtful_tets(q);
+  // A tet reads ten nodes, or four: of many tets all nodes are dealt with at once.
+  const std::size_t read = tets.size() * (mesh.order() == 1 ? 4 : 10);
+  const VecX all = read > mesh.nodes.size() ? displacement(q) : VecX();
+  const auto u_of = [&](int node) -> Vec3 {
+    if (all.size() > 0) return all.segment<3>(3 * node);
+    return archetype_.node_modes.middleRows<3>(3 * node).leftCols(q.size()) * q;
   };
   const auto look = [&](const auto&, const auto&, const Mat3& A) {
     if (A.squaredNorm() <= harmless) return;
@@ -193,7 +200,7 @@ double InversionLimit::allowed_share(const VecX& q) const {
         {share, first_root(1.0 - kLeastVolume, A.trace(), second_invariant(A), A.determinant()),
          kLargestGradient / A.norm()});
   };
-  for (const int t : doubtful_tets(q)) visit_tet(archetype_.tets, t, u_of, look);
+  for (const int t : tets) visit_tet(mesh, t, u_of, look);
   return share;
 }
 
