@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/level_set.h"
@@ -21,7 +22,8 @@ constexpr double kMostShift = 0.5;   // of a pass, dx
 constexpr double kWideFrom = 1e-3;   // dx^3, that is worth looking for surface farther away
 constexpr int kPasses = 4, kNear = 1, kWide = 6;  // times the kernel is applied
 constexpr double kMuch = 0.01;                    // dx^3, that is worth another round ..
-constexpr int kRounds = 3, kPassesOfRound = 2;    // .. of near passes and a wide one
+constexpr int kRounds = 3, kPassesOfRound = 2;    // .. of near passes and a wide one ..
+constexpr double kWorthARound = 0.7;  // .. if the last round left no more of it than this
 
 }  // namespace
 
@@ -257,10 +259,20 @@ double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
     for (int p = 0; p < passes && any(kNothing); ++p)
       moved += pass(g, solid, kNear, phi, held, residual);
   };
+  const auto much = [&] {  // of residual, dx^3
+    double sum = 0.0;
+    for (const int n : cells_)
+      if (std::abs(residual[n]) > kMuch) sum += std::abs(residual[n]);
+    return sum;
+  };
   near(kPasses);
+  double left = much();
   if (any(kWideFrom)) moved += pass(g, solid, kWide, phi, held, residual);
-  // A pocket of air that vanishes within a step leaves more than a shift of half a cell.
-  for (int r = 0; r < kRounds && any(kMuch); ++r) {
+  // A pocket of air that vanishes within a step leaves more than a shift of half a cell. What
+  // fragments hold that have no surface to shift stays.
+  for (int r = 0; r < kRounds; ++r) {
+    const double before = std::exchange(left, much());
+    if (left == 0.0 || (r > 0 && left > kWorthARound * before)) break;
     near(kPassesOfRound);
     moved += pass(g, solid, kWide, phi, held, residual);
   }
