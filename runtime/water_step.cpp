@@ -144,25 +144,18 @@ double mean_size(const MacField& v, const FaceField<unsigned char>& valid) {
 std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
   const std::vector<NarrowFace>& narrow = coupling.narrow_faces();
   const std::vector<Coupling::SlipFace>& slip = coupling.slip_faces();
-  struct Solved {
-    int axis;
-    std::size_t face;
-    double after;  // m/s
-    auto key() const { return std::pair(axis, face); }
-  };
-  std::vector<Solved> solved;
+  const auto key = [](const auto& f) { return std::pair(f.axis, f.face); };
+  std::vector<NarrowFace> by_face = narrow;
+  std::ranges::sort(by_face, {}, key);
   std::vector<FaceFlow> flow;
-  for (const NarrowFace& f : narrow) {
-    solved.push_back({f.axis, f.face, f.after});
+  for (const NarrowFace& f : narrow)
     flow.push_back({f.axis, f.face, f.open * (f.after - u[f.axis][f.face])});
-  }
-  std::ranges::sort(solved, {}, &Solved::key);
   flow.resize(narrow.size() + slip.size());
 #pragma omp parallel for schedule(static)
   for (std::size_t n = 0; n < slip.size(); ++n) {
     const Coupling::SlipFace& f = slip[n];
-    const auto at = std::ranges::lower_bound(solved, std::pair(f.axis, f.face), {}, &Solved::key);
-    const bool is_narrow = at != solved.end() && at->key() == std::pair(f.axis, f.face);
+    const auto at = std::ranges::lower_bound(by_face, key(f), {}, key);
+    const bool is_narrow = at != by_face.end() && key(*at) == key(f);
     const double here = is_narrow ? at->after : u[f.axis][f.face];
     flow[narrow.size() + n] = {f.axis, f.face, f.s * (f.v - here)};
   }

@@ -1,6 +1,5 @@
 #include "runtime/coupling/water_motion.h"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -90,9 +89,9 @@ class FaceRow {
       return;
     }
     const int faces = u[axis].nx();
-    std::vector<double> by_held(faces), by_solve(faces);
+    std::vector<double> by_held(faces);
     const std::vector<unsigned char> plain = plain_shares(by_held.data());
-    by_solve = by_held;
+    std::vector<double> by_solve = by_held;
     for (int i = 0; i < faces; ++i) {
       if (plain[i]) continue;
       const Shares of = shares(g, s, held, axis, {i, j, k});

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "runtime/fluid/cell_list.h"
 #include "runtime/fluid/level_set.h"
@@ -266,15 +265,16 @@ double SurfaceRefit::refit(const Grid& g, const Array3<double>& solid,
     return sum;
   };
   near(kPasses);
-  double left = much();
   if (any(kWideFrom)) moved += pass(g, solid, kWide, phi, held, residual);
   // A pocket of air that vanishes within a step leaves more than a shift of half a cell. What
   // fragments hold that have no surface to shift stays.
+  double before = INFINITY;
   for (int r = 0; r < kRounds; ++r) {
-    const double before = std::exchange(left, much());
-    if (left == 0.0 || (r > 0 && left > kWorthARound * before)) break;
+    const double left = much();
+    if (left == 0.0 || left > kWorthARound * before) break;
     near(kPassesOfRound);
     moved += pass(g, solid, kWide, phi, held, residual);
+    before = left;
   }
   measure_held(g, phi, solid, held, residual);  // slopes beside the cells that moved are others
   return moved * g.dx * g.dx * g.dx;

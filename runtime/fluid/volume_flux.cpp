@@ -55,7 +55,8 @@ class Flow {
       if (cut[i]) out[i] = through(axis, i, j, k, w[i] * v[i]);
   }
 
-  /// Of what flows through face (i, j, k) of `axis` upwards at `speed`, m/s of the whole face.
+  /// The water in what flows through face (i, j, k) of `axis` upwards at `speed`, the mean of the
+  /// whole face, m/s.
   double through(int axis, int i, int j, int k, double speed) const {
     const double flow = h * speed;
     if (flow == 0.0) return 0.0;

@@ -121,11 +121,11 @@ void CoupledOperator::share_cells() {
   for (const Body& body : bodies_)
     for (std::size_t m = 0; m < body.cell.size(); m += kEvery) cells.push_back(body.cell[m]);
   std::sort(cells.begin(), cells.end());
-  const auto parts = static_cast<std::size_t>(omp_get_max_threads());
+  constexpr std::size_t kFew = 64;  // are not worth a thread to be started
+  const std::size_t parts = cells.size() < kFew ? 1 : omp_get_max_threads();
   part_.assign(parts + 1, std::numeric_limits<std::int64_t>::max());
   part_[0] = 0;
-  for (std::size_t t = 1; t < parts && !cells.empty(); ++t)
-    part_[t] = cells[t * cells.size() / parts];
+  for (std::size_t t = 1; t < parts; ++t) part_[t] = cells[t * cells.size() / parts];
 }
 
 bool CoupledOperator::touches_bodies() const {
