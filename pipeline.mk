@@ -79,9 +79,9 @@ deps:
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends $$missing
 
 define archetide_compile
-@mkdir -p '$(BUILD)'; generator=; \
-[ -f '$(BUILD)/CMakeCache.txt' ] || ! command -v ninja >/dev/null || generator=-GNinja; \
-cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)' $$generator -DARCHETIDE_WERROR=$(WERROR) >'$(BUILD)/configure.log' 2>&1 \
+@mkdir -p '$(BUILD)'; new=; \
+[ -f '$(BUILD)/CMakeCache.txt' ] || { new=-DARCHETIDE_UNITY=ON; ! command -v ninja >/dev/null || new="$$new -GNinja"; }; \
+cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)' $$new -DARCHETIDE_WERROR=$(WERROR) >'$(BUILD)/configure.log' 2>&1 \
   || { cat '$(BUILD)/configure.log' >&2; exit 1; }
 cmake --build '$(BUILD)' --parallel $(JOBS) $(if $(1),--target $(1))
 endef

@@ -15,6 +15,7 @@
 #include "common/mesh/mesh_sdf.h"
 #include "precompute/base/child_process.h"
 #include "precompute/base/defects.h"
+#include "precompute/base/joined.h"
 #include "precompute/base/tet_element.h"
 #include "precompute/frequency_error.h"
 #include "precompute/intake/cut.h"
@@ -27,14 +28,6 @@
 
 namespace archetide {
 namespace {
-
-template <class... Parts>
-std::string join(const Parts&... parts) {
-  std::ostringstream text;
-  text << std::setprecision(4);
-  (text << ... << parts);
-  return text.str();
-}
 
 /// Runs `work`; complaints that name no place are about the body file.
 template <class Work>
@@ -89,7 +82,7 @@ TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, double& cpu_seco
   try {
     TriMesh surface = in_time("cutting " + counted(whole.triangles.size(), "face", "faces"),
                               cpu_seconds, report, cut);
-    log.say(join("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
+    log.say(joined<4>("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
     return surface;
   } catch (const OutOfTime& error) {
     throw InputError({Diagnostic{recipe.cuts.front().where, error.what(), kOutOfTimeHint}});
@@ -105,7 +98,7 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   BodyMesh body;
   demand_memory(
       least_memory(recipe.tet.target, recipe.tet.order, recipe.modes.count),
-      join(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
+      joined<4>(recipe.name, ": ", recipe.tet.target, " tets with ", recipe.modes.count, " modes"),
       "lower tet.target or modes.count");
   body.mesher = recipe.tet.mesher == Mesher::kCgal ? "cgal" : "gmsh";
   SurfaceFile file;
@@ -122,8 +115,8 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
   for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
   if (!recipe.cuts.empty())
     surface = cut_surface(recipe, surface, meshing.cpu_seconds, body.intake, log, profile);
-  log.say(join("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
-               " faces, volume ", body.intake.volume, " m^3"));
+  log.say(joined<4>("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
+                    " faces, volume ", body.intake.volume, " m^3"));
   const ScopedTimer timer(profile, "mesh");
   TetrahedralizeResult result = tetrahedralize(surface, meshing);
   body.tets = std::move(result.mesh);
@@ -190,9 +183,9 @@ void match_tets(const TetMesh& tets, TriMesh& surface) {
     whole.first += part.first;
   }
   if (!restore_volume(surface, whole.volume))
-    throw NumericsError(join("the surface encloses ", enclosed_volume(surface),
-                             " m^3, the curved tets have ", whole.volume,
-                             " m^3\n  raise tet.target, or set tet.order = 1"));
+    throw NumericsError(joined<4>("the surface encloses ", enclosed_volume(surface),
+                                  " m^3, the curved tets have ", whole.volume,
+                                  " m^3\n  raise tet.target, or set tet.order = 1"));
   for (int pass = 0; pass < 2; ++pass) {
     const Vec3 move = whole.first / whole.volume - enclosed_centroid(surface);
     for (Vec3& x : surface.vertices) x += move;
@@ -213,11 +206,12 @@ void warn_about_modes(const ModesResult& modes, int wanted, Log& log) {
              ") is 4 to 10 times slower; install libopenblas0-pthread");
   }
   if (modes.cluster_cut) {
-    log.warn(join("no gap of the frequencies near modes.count: the last mode has a neighbour ",
-                  100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
+    log.warn(joined<4>("no gap of the frequencies near modes.count: the last mode has a neighbour ",
+                       100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
   } else if (modes.vibration_modes() != wanted) {
-    log.warn(join("modes.count = ", wanted, " cuts through a cluster of equal frequencies; kept ",
-                  modes.vibration_modes(), " modes, whole clusters"));
+    log.warn(joined<4>("modes.count = ", wanted,
+                       " cuts through a cluster of equal frequencies; kept ",
+                       modes.vibration_modes(), " modes, whole clusters"));
   }
 }
 
@@ -251,8 +245,8 @@ void describe_deformation(const MaterialField& materials, bool nonlinear, Archet
   }
   const ScopedTimer timer(profile, "cubature");
   TrainedCubature trained = train_cubature(a.tets, materials, a.node_modes, a.K_r, {});
-  log.say(join("elastic energy: ", trained.energy.points(), " cubature points, error of forces ",
-               100 * trained.error, " %"));
+  log.say(joined<4>("elastic energy: ", trained.energy.points(),
+                    " cubature points, error of forces ", 100 * trained.error, " %"));
   a.elastic = std::move(trained.energy);
 }
 
@@ -268,14 +262,14 @@ std::string modes_line(const Archetype& a) {
   if (a.r() == 0) return "modes: none (a rigid body)";
   const double to_hz = 0.5 / std::numbers::pi;
   const Eigen::Index vibration = std::count(a.is_static.begin(), a.is_static.end(), 0);
-  const std::string error =
-      a.frequency_error.size() == 0
-          ? ""
-          : join(", estimated error up to ", 100 * a.frequency_error.cwiseAbs().maxCoeff(), " %");
-  return join("modes: ", vibration, ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
-              to_hz * std::sqrt(a.omega2[vibration - 1]), " Hz, largest residual ",
-              a.residuals.head(vibration).maxCoeff(), error,
-              "; static vectors: ", a.r() - vibration);
+  const std::string error = a.frequency_error.size() == 0
+                                ? ""
+                                : joined<4>(", estimated error up to ",
+                                            100 * a.frequency_error.cwiseAbs().maxCoeff(), " %");
+  return joined<4>("modes: ", vibration, ", ", to_hz * std::sqrt(a.omega2[0]), " to ",
+                   to_hz * std::sqrt(a.omega2[vibration - 1]), " Hz, largest residual ",
+                   a.residuals.head(vibration).maxCoeff(), error,
+                   "; static vectors: ", a.r() - vibration);
 }
 
 }  // namespace
@@ -302,10 +296,10 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   note_memory("mesh");
   describe_material(recipe, a);
   const MaterialField materials = blaming(recipe, [&] { return take_mesh(body, recipe, a); });
-  log.say(join("tets: ", a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, " : " linear, ",
-               3 * a.tets.nodes.size(), " degrees of freedom, volume ", a.volume,
-               " m^3, smallest dihedral ", a.min_dihedral, " degrees, radius ratio ",
-               a.min_radius_ratio));
+  log.say(joined<4>("tets: ", a.tets.tets.size(),
+                    a.tets.order() == 2 ? " quadratic, " : " linear, ", 3 * a.tets.nodes.size(),
+                    " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ",
+                    a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
   sample_surface(a, profile);
   note_memory("surface");
   const ModesOptions options = take_points(recipe, a);

@@ -11,6 +11,7 @@
 #include "common/params/param_tree.h"
 #include "precompute/base/child_process.h"
 #include "precompute/base/defects.h"
+#include "precompute/base/joined.h"
 #include "precompute/inspect/inspect.h"
 #include "precompute/inspect/lines.h"
 #include "precompute/intake/tet_io.h"
@@ -34,7 +35,7 @@ std::string shown(double x) {
   std::ostringstream text;
   text.precision(3);
   text << x;
-  return lines::join(std::stod(text.str()));
+  return joined(std::stod(text.str()));
 }
 
 template <class Part>
@@ -43,8 +44,8 @@ const Part& shown(const Part& part) {
 }
 
 template <class... Parts>
-std::string join(const Parts&... parts) {
-  return lines::join(shown(parts)...);
+std::string phrase(const Parts&... parts) {
+  return joined(shown(parts)...);
 }
 
 /// "2.4e4": two digits.
@@ -164,7 +165,7 @@ bool take_next_mesh(const ProposeRequest& request, Draft& draft) {
   if (draft.repair == Repair::kWrap) return false;
   draft.repair = Repair::kWrap;
   if (draft.defect.empty())
-    draft.defect = join("as it is, up to ", kMostTets, " tets do not build");
+    draft.defect = phrase("as it is, up to ", kMostTets, " tets do not build");
   draft.target = kLeastTets;
   return true;
 }
@@ -207,8 +208,8 @@ bool builds_or_changes(const ProposeRequest& request, Draft& draft, std::optiona
   } catch (const NumericsError& error) {
     if (!take_next_numbers(request, error, draft)) throw;
     log.warn(error.what());
-    log.say(join("trying repair = \"", name_of(draft.repair), "\", ", draft.target, " tets",
-                 draft.slender ? join(", modes.residual = ", kSlenderResidual) : ""));
+    log.say(phrase("trying repair = \"", name_of(draft.repair), "\", ", draft.target, " tets",
+                   draft.slender ? phrase(", modes.residual = ", kSlenderResidual) : ""));
   }
   return false;
 }
@@ -258,11 +259,11 @@ Figures figures_of(const Archetype& a) {
 }
 
 std::string size_text(const Figures& f) {
-  return join(f.sides[0], " x ", f.sides[1], " x ", f.sides[2], " m");
+  return phrase(f.sides[0], " x ", f.sides[1], " x ", f.sides[2], " m");
 }
 
 std::string mode_text(const Figures& f) {
-  return join(f.dry, " Hz dry, about ", f.wet, " Hz in water");
+  return phrase(f.dry, " Hz dry, about ", f.wet, " Hz in water");
 }
 
 constexpr char kSofter[] =
@@ -274,14 +275,14 @@ std::string summary_of(const ProposeRequest& request, const Draft& draft, const 
   line(text, "body", a.name + " from " + request.mesh);
   line(text, "size", size_text(f));
   line(text, "volume",
-       join(f.volume, " m^3, mass ", f.mass, " kg at ") + lines::join(request.density, " kg/m^3"));
+       phrase(f.volume, " m^3, mass ", f.mass, " kg at ") + joined(request.density, " kg/m^3"));
   if (draft.repair != Repair::kNone)
     line(text, "repair", std::string(name_of(draft.repair)) + "; " + draft.defect);
   line(text, "tets",
-       fmt::format("{}, smallest dihedral {} degrees", a.tets.tets.size(), join(a.min_dihedral)));
+       fmt::format("{}, smallest dihedral {} degrees", a.tets.tets.size(), phrase(a.min_dihedral)));
   line(text, "young", two_digits(f.young) + " Pa");
   line(text, "first mode", mode_text(f));
-  line(text, "sag", join(100 * f.sag, " % of its size under its own weight"));
+  line(text, "sag", phrase(100 * f.sag, " % of its size under its own weight"));
   line(text, "modes", std::to_string(f.modes));
   line(text, "stiffer", kSofter);
   return text.str();
@@ -289,14 +290,14 @@ std::string summary_of(const ProposeRequest& request, const Draft& draft, const 
 
 void add_comments(const ProposeRequest& request, const Archetype& a, const Figures& f,
                   Draft& draft) {
-  draft.above = join(size_text(f), ", ", f.volume, " m^3, ", f.mass, " kg. ");
+  draft.above = phrase(size_text(f), ", ", f.volume, " m^3, ", f.mass, " kg. ");
   draft.scale = "mesh units to metres; with twice the scale, twice young";
   draft.tets = fmt::format("{} tets, smallest dihedral {} degrees", a.tets.tets.size(),
-                           join(a.min_dihedral));
+                           phrase(a.min_dihedral));
   draft.first_mode = "# First mode " + mode_text(f) +
-                     join("; sags by ", 100 * f.sag, " % of its size under its own weight.\n") +
+                     phrase("; sags by ", 100 * f.sag, " % of its size under its own weight.\n") +
                      "# " + kSofter + ".\n";
-  draft.damping = join("first mode: ", 100 * f.damping, " % of critical");
+  draft.damping = phrase("first mode: ", 100 * f.damping, " % of critical");
   draft.young = f.young;
   draft.modes = f.modes;
   if (request.density > kWaterDensity) draft.above += "Sinks. ";
@@ -315,10 +316,10 @@ std::string size_warning(double size, double scale) {
                                    std::pair(0.001, "millimetres"), std::pair(0.0254, "inches")}) {
     const double then = size / scale * unit;
     if (unit != scale && then >= kSmallest && then <= kLargest)
-      hint += join("\n  if the mesh is in ", name, " (", then, " m): scale = ", unit);
+      hint += phrase("\n  if the mesh is in ", name, " (", then, " m): scale = ", unit);
   }
   if (hint.empty()) hint = "\n  choose a scale that makes it 1 cm to 10 m";
-  return join("the body is ", size, " m long", hint);
+  return phrase("the body is ", size, " m long", hint);
 }
 
 Proposal propose_body(const ProposeRequest& request, Log& log, Profile& profile) {

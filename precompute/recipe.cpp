@@ -305,7 +305,7 @@ std::string body_name(const std::string& path) {
   return name;
 }
 
-std::string beside(const std::string& path, const std::string& name) {
+std::string in_folder_of(const std::string& path, const std::string& name) {
   return (std::filesystem::path(path).parent_path() / name).string();
 }
 
@@ -491,7 +491,7 @@ SkinRecipe read_skin(const Section& root, const std::string& path) {
   skin.blend = s.number("blend");
   skin.parts_where = s.location("parts");
   for (const std::string& part : s.strings("parts")) {
-    skin.part_paths.push_back(beside(path, part));
+    skin.part_paths.push_back(in_folder_of(path, part));
     skin.parts.push_back(body_name(part));
     if (std::count(skin.parts.begin(), skin.parts.end(), skin.parts.back()) > 1)
       throw InputError({s.error("parts", "two parts are called \"" + skin.parts.back() + "\"")});
@@ -543,7 +543,7 @@ Recipe parse_recipe(const std::string& text, const std::string& path) {
   r.name = body_name(path);
   root.integer("schema");
   r.mesh = root.string("mesh");
-  r.mesh_path = beside(path, r.mesh);
+  r.mesh_path = in_folder_of(path, r.mesh);
   r.mesh_where = root.location("mesh");
   r.scale = root.number("scale");
 

@@ -14,7 +14,8 @@
 namespace archetide {
 namespace {
 
-constexpr char kAdvice[] = "rebuild it with: archetide-precompute build SKIN.body.toml -o OUT.h5";
+constexpr char kSkinAdvice[] =
+    "rebuild it with: archetide-precompute build SKIN.body.toml -o OUT.h5";
 
 /// Joints as flat lists.
 struct FlatJoints {
@@ -64,7 +65,7 @@ void skin_fields(Io& io, S& skin, Text& parts, FlatJoints& joints) {
   io("joint_points", joints.points, "m", "points of all joints x 3");
 }
 
-constexpr auto kRungFields = [](auto& io, auto& rung) {
+constexpr auto kSkinRungFields = [](auto& io, auto& rung) {
   io("surface_vertices", rung.surface.vertices, "m", "n x 3");
   io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
   io("part_of", rung.part_of, "1", "n x 4");
@@ -157,14 +158,14 @@ std::string write_skin(const std::string& path, const Skin& skin) {
   fields::FieldWriter out{file, "skin"};
   skin_fields(out, skin, parts, joints);
   const std::string hash =
-      joined(out.hash.hex(), fields::write_ladder(file, skin.ladder, kRungFields));
+      joined(out.hash.hex(), fields::write_ladder(file, skin.ladder, kSkinRungFields));
   file.attribute("content_hash", hash);
   file.commit();
   return hash;
 }
 
 Skin read_skin(const std::string& path) {
-  const Hdf5Reader file(path, kAdvice);
+  const Hdf5Reader file(path, kSkinAdvice);
   if (!is_skin(file))  // nothing has to be built again
     throw FileError(path + ": not a skin; a body belongs in a [[body]] of a scene");
   const int version = file.int_attribute("format_version");
@@ -176,7 +177,8 @@ Skin read_skin(const std::string& path) {
   FlatJoints joints;
   fields::FieldReader in{file, "skin"};
   skin_fields(in, skin, parts, joints);
-  skin.content_hash = joined(in.hash.hex(), fields::read_ladder(file, skin.ladder, kRungFields));
+  skin.content_hash =
+      joined(in.hash.hex(), fields::read_ladder(file, skin.ladder, kSkinRungFields));
   if (file.text_attribute("content_hash") != skin.content_hash)
     file.fail("the contents do not match their content_hash (damaged or changed by hand)");
   skin.parts = fields::lines_of(parts);
@@ -189,6 +191,6 @@ Skin read_skin(const std::string& path) {
   return skin;
 }
 
-bool is_skin_file(const std::string& path) { return is_skin(Hdf5Reader(path, kAdvice)); }
+bool is_skin_file(const std::string& path) { return is_skin(Hdf5Reader(path, kSkinAdvice)); }
 
 }  // namespace archetide

@@ -53,6 +53,10 @@ Mat3 enclosed_second_moment(const TriMesh& mesh) {
   return sum.second + cross_term + cross_term.transpose() + sum.volume * sum.p * sum.p.transpose();
 }
 
+Vec3 unit_normal(const TriMesh& mesh, int t) {
+  return area_vector(mesh, mesh.triangles[t]).normalized();
+}
+
 double surface_area(const TriMesh& mesh) {
   double area = 0.0;
   for (const Vec3i& t : mesh.triangles) area += area_vector(mesh, t).norm();

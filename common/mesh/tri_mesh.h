@@ -25,6 +25,9 @@ Mat3 enclosed_second_moment(const TriMesh& mesh);
 
 double surface_area(const TriMesh& mesh);
 
+/// Outward unit normal of triangle `t`.
+Vec3 unit_normal(const TriMesh& mesh, int t);
+
 /// Area-weighted vertex normals (unit) and vertex areas (a third of the adjacent triangles), m^2.
 void vertex_normals_and_areas(const TriMesh& mesh, std::vector<Vec3>& normals,
                               std::vector<double>& areas);

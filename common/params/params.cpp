@@ -10,10 +10,6 @@
 namespace archetide {
 namespace {
 
-std::string join(const std::string& a, const std::string& b) {
-  return a.empty() ? b : b.empty() ? a : a + "." + b;
-}
-
 std::string with_brackets(const std::string& path) { return path + "[]"; }
 
 Vec3 to_vec3(const ParamNode& node) {
@@ -35,7 +31,7 @@ void check_schema_key(const ParamNode& root, std::vector<Diagnostic>& found) {
 void collect_unread(const ParamNode& table, const std::string& path,
                     const std::set<const ParamNode*>& read, std::vector<std::string>& out) {
   for (const auto& [name, value] : table.entries) {
-    const std::string shown = join(path, name);
+    const std::string shown = key_path(path, name);
     if (!read.contains(&value)) {
       out.push_back(fmt::format("{}:{}:{}: {}", value.key_where.file, value.key_where.line,
                                 value.key_where.column, shown));
@@ -131,7 +127,7 @@ const ParamNode* Section::find(const std::string& path) const {
   return at;
 }
 
-std::string Section::schema_path(const std::string& path) const { return join(path_, path); }
+std::string Section::schema_path(const std::string& path) const { return key_path(path_, path); }
 
 // The value in the file, or the parsed default.
 const ParamNode& Section::value(const std::string& path) const {
@@ -219,7 +215,7 @@ SourceLocation Section::location(const std::string& path) const {
   return node ? node->where : where_;
 }
 
-std::string Section::shown(const std::string& path) const { return join(shown_, path); }
+std::string Section::shown(const std::string& path) const { return key_path(shown_, path); }
 
 Diagnostic Section::error(const std::string& path, const std::string& what,
                           const std::string& hint) const {

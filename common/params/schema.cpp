@@ -14,15 +14,11 @@ namespace {
 
 using Kind = ParamNode::Kind;
 
-std::string number_text(double x) {
+std::string shown_number(double x) {
   std::ostringstream stream;
   stream.precision(12);
   stream << x;
   return stream.str();
-}
-
-std::string join(const std::string& table, const std::string& name) {
-  return table.empty() ? name : table + "." + name;
 }
 
 std::string parent_of(const std::string& path) {
@@ -44,7 +40,7 @@ std::string describe(const ParamNode& value) {
     case Kind::kInteger:
       return std::to_string(value.integer);
     case Kind::kNumber:
-      return number_text(value.number);
+      return shown_number(value.number);
     case Kind::kString:
       return "the string \"" + value.string + "\"";
     case Kind::kDate:
@@ -156,7 +152,7 @@ std::vector<Diagnostic> check_scalar(const Key& key, const ParamNode& v, const s
     const double x = number_of(v);
     const bool too_long = is_integer(v) && std::abs(x) > std::numeric_limits<int>::max();
     if (!std::isfinite(x) || too_long || !key.range.contains(x)) {
-      return {{v.where, shown + ": " + number_text(x) + " is out of range", wanted(key)}};
+      return {{v.where, shown + ": " + shown_number(x) + " is out of range", wanted(key)}};
     }
   }
   return {};
@@ -177,9 +173,9 @@ class Checker {
  private:
   void check_entry(const std::string& name, const ParamNode& value, const std::string& path,
                    const std::string& shown) {
-    const Key* key = schema_.find(join(path, name));
-    if (!key) key = schema_.find(join(path, name) + "[]");
-    const std::string entry = join(shown, name);
+    const Key* key = schema_.find(key_path(path, name));
+    if (!key) key = schema_.find(key_path(path, name) + "[]");
+    const std::string entry = key_path(shown, name);
     if (!key) return unknown_key(name, value, path, shown);
     const std::vector<Diagnostic> bad = check_value(*key, value, entry);
     found_.insert(found_.end(), bad.begin(), bad.end());
@@ -195,25 +191,26 @@ class Checker {
                    const std::string& shown) {
     const std::vector<std::string>& known = schema_.children(path);
     const std::string match = closest_match(name, known);
-    std::string hint = "did you mean '" + join(shown, match) + "'?";
+    std::string hint = "did you mean '" + key_path(shown, match) + "'?";
     if (match.empty()) {
       hint = "known here:";
       for (const std::string& child : known) hint += " " + child;
     }
-    found_.push_back({value.key_where, "unknown key '" + join(shown, name) + "'", hint});
+    found_.push_back({value.key_where, "unknown key '" + key_path(shown, name) + "'", hint});
   }
 
   void check_required(const ParamNode& table, const std::string& path, const std::string& shown) {
     for (const std::string& name : schema_.children(path)) {
       if (table.find(name)) continue;
-      const Key* key = schema_.find(join(path, name));
+      const Key* key = schema_.find(key_path(path, name));
       if (!key || key->fallback != "required") continue;
       if (key->type == KeyType::kTable) {
         ParamNode empty;
         empty.where = table.where;
-        check_required(empty, key->path, join(shown, name));
+        check_required(empty, key->path, key_path(shown, name));
       } else {
-        found_.push_back({table.where, "missing key '" + join(shown, name) + "'", wanted(*key)});
+        found_.push_back(
+            {table.where, "missing key '" + key_path(shown, name) + "'", wanted(*key)});
       }
     }
   }
@@ -224,6 +221,10 @@ class Checker {
 
 }  // namespace
 
+std::string key_path(const std::string& table, const std::string& name) {
+  return table.empty() ? name : name.empty() ? table : table + "." + name;
+}
+
 bool Range::contains(double x) const {
   return (min_open ? x > min : x >= min) && (max_open ? x < max : x <= max);
 }
@@ -231,11 +232,11 @@ bool Range::contains(double x) const {
 std::string Range::text() const {
   const bool low = std::isfinite(min), high = std::isfinite(max);
   if (low && high) {
-    return (min_open ? "(" : "[") + number_text(min) + ", " + number_text(max) +
+    return (min_open ? "(" : "[") + shown_number(min) + ", " + shown_number(max) +
            (max_open ? ")" : "]");
   }
-  if (low) return (min_open ? "> " : ">= ") + number_text(min);
-  if (high) return (max_open ? "< " : "<= ") + number_text(max);
+  if (low) return (min_open ? "> " : ">= ") + shown_number(min);
+  if (high) return (max_open ? "< " : "<= ") + shown_number(max);
   return "";
 }
 

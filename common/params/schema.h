@@ -44,6 +44,9 @@ inline Range at_least(double min) { return {.min = min}; }
 inline Range between(double min, double max) { return {min, max, false, false}; }
 inline Range strictly_between(double min, double max) { return {min, max, true, true}; }
 
+/// Path of the key `name` of `table`: "table.name"; the other one where one is empty.
+std::string key_path(const std::string& table, const std::string& name);
+
 /// One row of the table that describes a kind of input file: the only place where a key's type,
 /// unit, range and default are written down.
 struct Key {

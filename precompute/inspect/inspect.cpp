@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/files/json_text.h"
+#include "precompute/base/joined.h"
 #include "precompute/inspect/archetype_figures.h"
 #include "precompute/inspect/lines.h"
 
@@ -25,14 +26,15 @@ Json object(const std::vector<std::pair<std::string, double>>& pairs) {
   return out;
 }
 
-std::string percent(double x, double reference) { return join(100 * (x / reference - 1), " %"); }
+std::string percent(double x, double reference) { return joined(100 * (x / reference - 1), " %"); }
 
 /// One basis vector: what it is, its frequency with the estimated error, its residual.
 std::string basis_line(const Archetype& a, int k, double hz) {
-  if (a.is_static[k]) return join(k + 1, ": static response, ", hz, " Hz by its energy");
+  if (a.is_static[k]) return joined(k + 1, ": static response, ", hz, " Hz by its energy");
   const std::optional<double> error = frequency_error(a, k);
-  return join(k + 1, ": ", hz, " Hz", error ? join(", estimated error ", 100 * *error, " %") : "",
-              ", residual ", a.residuals[k]);
+  return joined(k + 1, ": ", hz, " Hz",
+                error ? joined(", estimated error ", 100 * *error, " %") : "", ", residual ",
+                a.residuals[k]);
 }
 
 }  // namespace
@@ -42,50 +44,50 @@ std::string info_text(const Archetype& a, std::size_t file_bytes,
   std::ostringstream text;
   line(text, "name", a.name);
   line(text, "made by",
-       join(a.generator, " from ", a.mesh_file, ", mesher ", a.mesher, ", ", a.mass_kind, " mass, ",
-            a.blas));
+       joined(a.generator, " from ", a.mesh_file, ", mesher ", a.mesher, ", ", a.mass_kind,
+              " mass, ", a.blas));
   line(text, "material",
-       join(a.density, " kg/m^3, Young ", a.young, " Pa, Poisson ", a.poisson, ", damping ",
-            a.alpha, " 1/s, ", a.beta, " s"));
+       joined(a.density, " kg/m^3, Young ", a.young, " Pa, Poisson ", a.poisson, ", damping ",
+              a.alpha, " 1/s, ", a.beta, " s"));
   line(text, "tets",
-       join(a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, with " : " linear, with ",
-            a.tets.nodes.size(), " nodes; surface of ", a.surface.vertices.size(), " vertices"));
+       joined(a.tets.tets.size(), a.tets.order() == 2 ? " quadratic, with " : " linear, with ",
+              a.tets.nodes.size(), " nodes; surface of ", a.surface.vertices.size(), " vertices"));
   line(text, "quality",
-       join("smallest dihedral ", a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
-  line(text, "volume", join(a.volume, " m^3"));
-  line(text, "mass", join(a.integrals.mass, " kg"));
+       joined("smallest dihedral ", a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
+  line(text, "volume", joined(a.volume, " m^3"));
+  line(text, "mass", joined(a.integrals.mass, " kg"));
   line(text, "center", row(a.centre) + " m in the mesh's coordinates");
   for (int i = 0; i < 3; ++i) {
     line(text, i == 0 ? "inertia" : "", row(inertia(a).row(i)) + (i == 0 ? " kg m^2" : ""));
   }
   const SolidFigures solid = solid_of_surface(a);
   line(text, "surface's",
-       join("mass ", percent(solid.mass, a.integrals.mass), ", centre ", solid.centre.norm(),
-            " m away, inertia ", (solid.inertia - inertia(a)).norm() / inertia(a).norm(),
-            " (relative; divergence theorem)"));
+       joined("mass ", percent(solid.mass, a.integrals.mass), ", centre ", solid.centre.norm(),
+              " m away, inertia ", (solid.inertia - inertia(a)).norm() / inertia(a).norm(),
+              " (relative; divergence theorem)"));
   if (record && record->surface_volume > 0) {
     const Mat3 exact = a.density * record->surface_inertia;
     line(text, "input's",
-         join("mass ", percent(a.density * record->surface_volume, a.integrals.mass), ", centre ",
-              (record->surface_centroid - a.centre).norm(), " m away, inertia ",
-              (exact - inertia(a)).norm() / inertia(a).norm(), " (the surface that came in)"));
+         joined("mass ", percent(a.density * record->surface_volume, a.integrals.mass), ", centre ",
+                (record->surface_centroid - a.centre).norm(), " m away, inertia ",
+                (exact - inertia(a)).norm() / inertia(a).norm(), " (the surface that came in)"));
   }
   const auto statics = std::count(a.is_static.begin(), a.is_static.end(), 1);
-  line(text, "modes", join(a.r() - statics, " and ", statics, " static responses"));
+  line(text, "modes", joined(a.r() - statics, " and ", statics, " static responses"));
   const std::vector<double> hz = frequencies_hz(a);
   for (int k = 0; k < a.r(); ++k) line(text, "", basis_line(a, k, hz[k]));
   const Orthogonality o = orthogonality(a);
   line(text, "orthogonality",
-       join("modes ", o.mass, " kg, translations ", o.translation, ", rotations ", o.rotation));
+       joined("modes ", o.mass, " kg, translations ", o.translation, ", rotations ", o.rotation));
   line(text, "distance grid",
-       join(a.sdf.nodes[0], " x ", a.sdf.nodes[1], " x ", a.sdf.nodes[2], " nodes, spacing ",
-            a.sdf.spacing, " m"));
+       joined(a.sdf.nodes[0], " x ", a.sdf.nodes[1], " x ", a.sdf.nodes[2], " nodes, spacing ",
+              a.sdf.spacing, " m"));
   line(text, "hash", a.content_hash);
   line(text, "bytes", std::to_string(file_bytes));
   if (!record) return text.str();
   std::string seconds, peaks;
-  for (const auto& [phase, value] : record->seconds) seconds += join(phase, " ", value, "  ");
-  for (const auto& [step, value] : record->memory) peaks += join(step, " ", value / 1e6, "  ");
+  for (const auto& [phase, value] : record->seconds) seconds += joined(phase, " ", value, "  ");
+  for (const auto& [step, value] : record->memory) peaks += joined(step, " ", value / 1e6, "  ");
   line(text, "seconds", seconds);
   line(text, "peak MB", peaks);
   for (const std::string& note : record->notes) line(text, "intake", note);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/base/types.h"
+#include "precompute/base/joined.h"
 
 namespace archetide::lines {
 
@@ -15,15 +16,6 @@ inline void line(std::ostringstream& text, const std::string& name, const std::s
   text << std::left << std::setw(14) << name << ' ' << value << '\n';
 }
 
-/// The parts one after the other, numbers with six digits.
-template <class... Parts>
-std::string join(const Parts&... parts) {
-  std::ostringstream text;
-  text << std::setprecision(6);
-  (text << ... << parts);
-  return text.str();
-}
-
-inline std::string row(const Vec3& x) { return join(x[0], "  ", x[1], "  ", x[2]); }
+inline std::string row(const Vec3& x) { return joined(x[0], "  ", x[1], "  ", x[2]); }
 
 }  // namespace archetide::lines

@@ -23,7 +23,7 @@ namespace archetide {
 namespace {
 
 constexpr int kPictures = 9;  // the rest shape and the first modes
-constexpr int kWidth = 360, kHeight = 270;
+constexpr int kPictureWidth = 360, kPictureHeight = 270;
 constexpr double kAmplitude = 0.12;  // largest displacement shown, of the longest side
 
 const char* const kStyle = R"(
@@ -57,7 +57,7 @@ std::string number(double x, const char* format = "%.6g") {
   return text;
 }
 
-std::string percent(double x, double reference) {
+std::string signed_percent(double x, double reference) {
   return reference == 0 ? "" : number(100 * (x / reference - 1), "%+.3g %%");
 }
 
@@ -101,8 +101,8 @@ std::string mass_properties(const Subject& s) {
   const double size = longest_side(a);
   const auto line = [&](const std::string& name, double value, double of_surface, double of_input) {
     std::vector<std::string> cells = {name, number(value), number(of_surface),
-                                      percent(value, of_surface)};
-    if (input) cells.insert(cells.end(), {number(of_input), percent(value, of_input)});
+                                      signed_percent(value, of_surface)};
+    if (input) cells.insert(cells.end(), {number(of_input), signed_percent(value, of_input)});
     return row(cells);
   };
   std::vector<std::string> head = {"", "archetype", "its surface, exact", "difference"};
@@ -201,8 +201,8 @@ std::string picture(const Archetype& a, int k) {
   const TriMesh shape = displaced(a, k, largest, moved);
   for (double& u : moved) u = k < 0 ? 0.35 : u / largest;
   return "<figure><img alt=\"\" src=\"data:image/png;base64," +
-         base64(png_bytes(
-             draw_surface(shape, moved, a.surface.vertices, 0.5 * largest, kWidth, kHeight))) +
+         base64(png_bytes(draw_surface(shape, moved, a.surface.vertices, 0.5 * largest,
+                                       kPictureWidth, kPictureHeight))) +
          "\"/><figcaption>" +
          (k < 0 ? "at rest"
                 : fmt::format("{}{}, {} Hz", a.is_static[k] ? "static vector " : "mode ", k + 1,

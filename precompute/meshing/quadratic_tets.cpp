@@ -27,13 +27,6 @@ std::uint64_t edge_key(int a, int b) {
   return (std::uint64_t(std::min(a, b)) << 32) | std::uint64_t(std::max(a, b));
 }
 
-Vec3 unit_normal(const TriMesh& s, int t) {
-  const Vec3i& v = s.triangles[t];
-  return (s.vertices[v[1]] - s.vertices[v[0]])
-      .cross(s.vertices[v[2]] - s.vertices[v[0]])
-      .normalized();
-}
-
 struct Segment {
   Vec3 a, b;
   Vec3 closest(const Vec3& x) const {

@@ -55,13 +55,6 @@ struct Way {
 
 const char* name_of(Mesher mesher) { return mesher == Mesher::kGmsh ? "gmsh" : "cgal"; }
 
-Vec3 unit_normal(const TriMesh& s, int t) {
-  const Vec3i& v = s.triangles[t];
-  return (s.vertices[v[1]] - s.vertices[v[0]])
-      .cross(s.vertices[v[2]] - s.vertices[v[0]])
-      .normalized();
-}
-
 /// An open surface would crash the mesher, so nothing else comes through.
 void require_closed(const TriMesh& surface, const std::vector<SurfaceEdge>& edges) {
   const auto bad = std::count_if(edges.begin(), edges.end(), [](const SurfaceEdge& e) {
@@ -177,8 +170,8 @@ std::vector<int> folded_tets(const TetMesh& mesh) {
   std::vector<int> folded;
   for (int t = 0; t < int(mesh.mids.size()); ++t) {
     const auto x = element_positions<10>(mesh, element_nodes<10>(mesh, t));
-    constexpr double kRoundOff = 1e-9;
-    if (!is_straight(x) && smallest_jacobian(x) < kSmallestJacobian - kRoundOff)
+    constexpr double kJacobianRounding = 1e-9;
+    if (!is_straight(x) && smallest_jacobian(x) < kSmallestJacobian - kJacobianRounding)
       folded.push_back(t);
   }
   return folded;

@@ -10,6 +10,7 @@
 #include "common/archetype/mode_cluster.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
+#include "precompute/base/joined.h"
 #include "precompute/modal/canonical_basis.h"
 #include "precompute/modal/complete_modes.h"
 #include "precompute/modal/eigen_solver.h"
@@ -25,13 +26,6 @@ constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of
 constexpr double kOrthonormality = 1e-10;
 constexpr double kRigidContent = 1e-12;
 constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an eigenvalue count is trusted
-
-template <class... Parts>
-std::string join(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  return text.str();
-}
 
 double bounding_diagonal(const std::vector<Vec3>& nodes) {
   Eigen::AlignedBox3d box;
@@ -68,10 +62,10 @@ void require_solvable(const TetMesh& mesh, const ModesOptions& options) {
   const int free = 3 * int(mesh.nodes.size()) - held,
             needed = 2 * (options.count + kExtraModes) + 1;
   if (needed > free)
-    throw InputError(join("modes.count = ", options.count, " is too much for a tet mesh of ",
-                          mesh.nodes.size(), " nodes"),
-                     join("ask for at most ", std::max(0, (free - 1) / 2 - kExtraModes),
-                          " modes, or raise tet.target"));
+    throw InputError(joined("modes.count = ", options.count, " is too much for a tet mesh of ",
+                            mesh.nodes.size(), " nodes"),
+                     joined("ask for at most ", std::max(0, (free - 1) / 2 - kExtraModes),
+                            " modes, or raise tet.target"));
 }
 
 /// Refuses loose parts and hinges: one connected body has no zero-energy motion besides the rigid
@@ -80,14 +74,14 @@ void require_one_body(const VecX& omega2, double scale, double rigid_energy) {
   const Eigen::Index zeros = (omega2.array() < kLooseParts * scale).count();
   if (zeros > 0)
     throw NumericsError(
-        join("rigid check: ", zeros, zeros == omega2.size() ? " or more" : "",
-             " motions without energy besides the six rigid ones (omega^2 down to ", omega2[0],
-             " 1/s^2): the body has loose parts or parts that share "
-             "only an edge or a corner\n  join the parts, or make one body of each"));
+        joined("rigid check: ", zeros, zeros == omega2.size() ? " or more" : "",
+               " motions without energy besides the six rigid ones (omega^2 down to ", omega2[0],
+               " 1/s^2): the body has loose parts or parts that share "
+               "only an edge or a corner\n  join the parts, or make one body of each"));
   if (!(rigid_energy < kRigidEnergy * omega2[0]))
-    throw NumericsError(join("rigid check: rigid motions have the energy ", rigid_energy,
-                             " 1/s^2, against ", omega2[0], " 1/s^2 of the lowest mode (limit ",
-                             kRigidEnergy, ")\n  a far too slender body or badly shaped tets"));
+    throw NumericsError(joined("rigid check: rigid motions have the energy ", rigid_energy,
+                               " 1/s^2, against ", omega2[0], " 1/s^2 of the lowest mode (limit ",
+                               kRigidEnergy, ")\n  a far too slender body or badly shaped tets"));
 }
 
 /// |K phi - omega^2 M phi| / |K phi| of each column.
@@ -101,15 +95,15 @@ VecX residuals(const SparseMatrix& K, const SparseMatrix& mass, const VecX& omeg
 void require_accuracy(const ModesResult& result, double limit) {
   for (Eigen::Index k = 0; k < result.vibration_modes(); ++k)
     if (!(result.residuals[k] <= limit))
-      throw ResidualTooLarge(join("residual check: mode ", k + 1,
-                                  " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
-                                  ", more than modes.residual = ", limit));
+      throw ResidualTooLarge(joined("residual check: mode ", k + 1,
+                                    " has |K phi - w2 M phi| / |K phi| = ", result.residuals[k],
+                                    ", more than modes.residual = ", limit));
   if (!(result.orthonormality <= kOrthonormality))
-    throw NumericsError(join("orthonormality check: |Phi^T M Phi - 1| = ", result.orthonormality,
-                             ", more than ", kOrthonormality));
+    throw NumericsError(joined("orthonormality check: |Phi^T M Phi - 1| = ", result.orthonormality,
+                               ", more than ", kOrthonormality));
   if (!(result.rigid_content <= kRigidContent))
-    throw NumericsError(join("momentum check: a mode carries the relative momentum ",
-                             result.rigid_content, ", more than ", kRigidContent));
+    throw NumericsError(joined("momentum check: a mode carries the relative momentum ",
+                               result.rigid_content, ", more than ", kRigidContent));
 }
 
 /// Counts eigenvalues below a shift in the widest gap at or above the last kept mode. `all`:
@@ -121,14 +115,14 @@ void sturm_check(const SparseMatrix& K, const SparseMatrix& mass, const std::vec
     if (all[k] / all[k - 1] > all[below] / all[below - 1]) below = k;
   if (all[below] < (1.0 + kSturmGap) * all[below - 1])
     throw NumericsError(
-        join("Sturm check: modes ", kept, " to ", all.size(),
-             " are equal to round-off, nothing separates them\n  change modes.count"));
+        joined("Sturm check: modes ", kept, " to ", all.size(),
+               " are equal to round-off, nothing separates them\n  change modes.count"));
   result.sturm_shift = 0.5 * (all[below - 1] + all[below]);
   result.sturm_count = count_eigenvalues_below(K, mass, result.sturm_shift, ordering);
   if (result.sturm_count != rigid + below)
-    throw NumericsError(join("Sturm check: ", result.sturm_count, " eigenvalues below ",
-                             result.sturm_shift, " 1/s^2, but ", rigid, " rigid and ", below,
-                             " elastic ones were found: the eigensolver missed some"));
+    throw NumericsError(joined("Sturm check: ", result.sturm_count, " eigenvalues below ",
+                               result.sturm_shift, " 1/s^2, but ", rigid, " rigid and ", below,
+                               " elastic ones were found: the eigensolver missed some"));
 }
 
 /// Eqs. 7 and 9: the reduced matrices M_r = S^T M S and K_r = S^T K S.

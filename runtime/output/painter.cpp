@@ -80,19 +80,19 @@ std::map<int, Eigen::AlignedBox3d> rest_boxes(const SurfaceMesh& bodies) {
 
 }  // namespace
 
-Painter::Painter(const Stage& stage)
-    : stage_(stage),
-      rest_(rest_boxes(stage.bodies)),
-      edges_(stage.has_tank
-                 ? box_edges(stage.low, stage.high, 0.0015 * (stage.high - stage.low).norm())
+Painter::Painter(const PaintedScene& scene)
+    : scene_(scene),
+      rest_(rest_boxes(scene.bodies)),
+      edges_(scene.has_tank
+                 ? box_edges(scene.low, scene.high, 0.0015 * (scene.high - scene.low).norm())
                  : SurfaceMesh()),
-      dots_(dots(stage.markers, 0.0018 * (stage.high - stage.low).norm())),
-      drops_(dots(stage.spray, 0.0012 * (stage.high - stage.low).norm())),
-      opaque_({&stage.bodies, &stage.obstacles, &dots_, &drops_}),
+      dots_(dots(scene.markers, 0.0018 * (scene.high - scene.low).norm())),
+      drops_(dots(scene.spray, 0.0012 * (scene.high - scene.low).norm())),
+      opaque_({&scene.bodies, &scene.obstacles, &dots_, &drops_}),
       edge_scene_({&edges_}),
-      water_({&stage.water}),
-      low_(stage.low.cast<float>()),
-      high_(stage.high.cast<float>()) {
+      water_({&scene.water}),
+      low_(scene.low.cast<float>()),
+      high_(scene.high.cast<float>()) {
   const Vec3f extent = high_ - low_;
   size_ = extent.norm();
   near_ = 1e-5f * size_;
@@ -143,7 +143,7 @@ Vec3f Painter::air_light(const Ray& ray, int depth, Dice& dice) const {
 // A ray from the air meets the water's surface: mirror image and what lies in the water.
 Vec3f Painter::water_surface_light(const Ray& ray, const RayHit& hit, int depth, Dice& dice) const {
   const Vec3f position = ray.at(hit.t);
-  Vec3f normal = smooth_normal(stage_.water, hit);
+  Vec3f normal = smooth_normal(scene_.water, hit);
   const bool side = is_tank_side(position, hit.flat_normal);
   if (side || normal.dot(ray.direction) > -0.02f) normal = hit.flat_normal;
 
@@ -181,7 +181,7 @@ Vec3f Painter::light_through_water(Ray ray, int depth, Dice& dice) const {
     Ray outside{position, ray.direction, near_};
     if (is_tank_side(position, exit.flat_normal))
       return light + weight.cwiseProduct(air_light(outside, depth + 1, dice));
-    Vec3f normal = -smooth_normal(stage_.water, exit);  // against the ray, into the water
+    Vec3f normal = -smooth_normal(scene_.water, exit);  // against the ray, into the water
     if (normal.dot(ray.direction) > -0.02f) normal = -exit.flat_normal;
     if (normal.dot(ray.direction) > 0.0f) normal = -normal;
     if (refract(ray.direction, normal, kWaterIndex, outside.direction)) {
@@ -273,7 +273,7 @@ bool Painter::opaque_surface(const Ray& ray, Surface& surface, float& t) const {
     return true;
   }
   if (!hit) return false;
-  const SurfaceMesh& bodies = stage_.bodies;
+  const SurfaceMesh& bodies = scene_.bodies;
   surface.position = ray.at(t);
   if (hit.mesh == kBodies) {
     surface.normal = smooth_normal(bodies, hit);
@@ -281,7 +281,7 @@ bool Painter::opaque_surface(const Ray& ray, Surface& surface, float& t) const {
     surface.gloss = 1.0f;
   } else {
     const bool marker = hit.mesh == kMarkers, drop = hit.mesh == kSpray;
-    surface.normal = smooth_normal(marker ? dots_ : drop ? drops_ : stage_.obstacles, hit);
+    surface.normal = smooth_normal(marker ? dots_ : drop ? drops_ : scene_.obstacles, hit);
     surface.colour = marker ? kMarkerColour : drop ? kSprayColour : kObstacleColour;
     surface.gloss = 0.0f;
   }
@@ -300,7 +300,7 @@ bool Painter::is_tank_side(const Vec3f& position, const Vec3f& normal) const {
 // Two tones in cubes that are painted on the undeformed body: they show how it turns and bends.
 Vec3f Painter::body_colour(const RayHit& hit) const {
   constexpr double kCubes = 6.0;  // along the longest side
-  const SurfaceMesh& bodies = stage_.bodies;
+  const SurfaceMesh& bodies = scene_.bodies;
   const Vec3i& t = bodies.triangles[hit.triangle];
   const int body = body_of(bodies, t[0]);
   const Vec3f colour = palette_colour(body);

@@ -13,7 +13,7 @@ namespace archetide {
 class Dice;
 
 /// Everything that a picture shows, in metres.
-struct Stage {
+struct PaintedScene {
   SurfaceMesh water, bodies, obstacles;
   std::vector<Vec3> markers, spray;  // drawn as dots
   bool has_tank = false;
@@ -25,7 +25,7 @@ struct Stage {
 /// through the water. Deterministic.
 class Painter {
  public:
-  explicit Painter(const Stage& stage);
+  explicit Painter(const PaintedScene& stage);
   Image paint(const Camera& camera, int width, int height, int samples) const;
 
  private:
@@ -47,7 +47,7 @@ class Painter {
   Vec3f ground_colour(const Vec3f& position) const;
   Vec3f transmittance(float length) const;
 
-  const Stage& stage_;
+  const PaintedScene& scene_;
   std::map<int, Eigen::AlignedBox3d> rest_;  // around each undeformed body, m
   SurfaceMesh edges_;                        // the tank's edges as thin bars
   SurfaceMesh dots_, drops_;                 // one on each marker, drop of spray

@@ -50,30 +50,30 @@ std::vector<FrameFiles> chosen_frames(const RunFolder& run, const RenderOptions&
 }
 
 // Without a tank the picture holds wherever the bodies go; a dozen frames tell.
-void enclose_bodies(const std::vector<FrameFiles>& frames, Stage& stage) {
-  stage.low = Vec3::Constant(1e30), stage.high = -stage.low;
+void enclose_bodies(const std::vector<FrameFiles>& frames, PaintedScene& scene) {
+  scene.low = Vec3::Constant(1e30), scene.high = -scene.low;
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 12);
   for (std::size_t f = 0; f < frames.size(); f += stride) {
     if (frames[f].bodies.empty()) continue;
     for (const Vec3& x : read_vtp(frames[f].bodies).vertices)
-      stage.low = stage.low.cwiseMin(x), stage.high = stage.high.cwiseMax(x);
+      scene.low = scene.low.cwiseMin(x), scene.high = scene.high.cwiseMax(x);
   }
-  if (stage.low[0] > stage.high[0]) stage.low.setZero(), stage.high.setOnes();
-  const Vec3 margin = Vec3::Constant(0.05 * (stage.high - stage.low).norm());
-  stage.low -= margin, stage.high += margin;
+  if (scene.low[0] > scene.high[0]) scene.low.setZero(), scene.high.setOnes();
+  const Vec3 margin = Vec3::Constant(0.05 * (scene.high - scene.low).norm());
+  scene.low -= margin, scene.high += margin;
 }
 
-Stage empty_stage(const RunFolder& run, const std::vector<FrameFiles>& frames) {
-  Stage stage;
+PaintedScene empty_scene(const RunFolder& run, const std::vector<FrameFiles>& frames) {
+  PaintedScene scene;
   const Grid& g = run.manifest.grid;
-  stage.has_tank = g.cells() > 0;
-  if (stage.has_tank)
-    stage.low = g.low(), stage.high = g.high();
+  scene.has_tank = g.cells() > 0;
+  if (scene.has_tank)
+    scene.low = g.low(), scene.high = g.high();
   else
-    enclose_bodies(frames, stage);
+    enclose_bodies(frames, scene);
   const std::string obstacles = run.path + "frames/obstacles.ply";
-  if (std::filesystem::exists(obstacles)) stage.obstacles = read_ply(obstacles);
-  return stage;
+  if (std::filesystem::exists(obstacles)) scene.obstacles = read_ply(obstacles);
+  return scene;
 }
 
 std::string picture_path(const std::string& folder, int frame) {
@@ -104,8 +104,8 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
   std::filesystem::create_directories(folder, error);
   if (error) throw MachineError(folder + ": cannot be made: " + error.message());
 
-  Stage stage = empty_stage(run, frames);
-  const Camera camera(stage.low, stage.high, options.azimuth, options.elevation, options.width,
+  PaintedScene scene = empty_scene(run, frames);
+  const Camera camera(scene.low, scene.high, options.azimuth, options.elevation, options.width,
                       options.height);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) std::fprintf(stderr, "%s\n", line.c_str());
@@ -114,14 +114,14 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
   const auto start = Clock::now();
   for (const FrameFiles& files : frames) {
     const auto frame_start = Clock::now();
-    stage.water = files.surface.empty() ? SurfaceMesh() : read_ply(files.surface);
-    stage.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
-    stage.markers.clear();
-    if (!files.markers.empty()) stage.markers = read_vtp(files.markers).vertices;
-    stage.spray.clear();
-    if (!files.spray.empty()) stage.spray = read_vtp(files.spray).vertices;
+    scene.water = files.surface.empty() ? SurfaceMesh() : read_ply(files.surface);
+    scene.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
+    scene.markers.clear();
+    if (!files.markers.empty()) scene.markers = read_vtp(files.markers).vertices;
+    scene.spray.clear();
+    if (!files.spray.empty()) scene.spray = read_vtp(files.spray).vertices;
     const Image image =
-        Painter(stage).paint(camera, options.width, options.height, options.samples);
+        Painter(scene).paint(camera, options.width, options.height, options.samples);
     write_png(picture_path(folder, files.number), image);
     ++summary.frames;
     const std::chrono::duration<double> took = Clock::now() - frame_start;

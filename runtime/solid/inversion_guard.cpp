@@ -34,27 +34,27 @@ const InversionLimit& InversionGuard::limit(const ReducedBody& body) const {
   return *limits_.at(body.archetype);
 }
 
+double InversionGuard::allowed_share(const ReducedBody& body, double dt, const VecX& y) const {
+  return bounded(body) ? limit(body).allowed_share(body.q + dt * y.tail(body.r)) : 1.0;
+}
+
 bool InversionGuard::beyond(const ReducedBody& body, double dt, const VecX& y) const {
-  return bounded(body) && limit(body).allowed_share(body.q + dt * y.tail(body.r)) < 1.0;
+  return allowed_share(body, dt, y) < 1.0;
 }
 
 MatX InversionGuard::closing(const ReducedBody& body, const FreeMotion& stage, const VecX& y,
                              double dt, bool pressed) const {
   constexpr double kLittle = 0.9;  // of the way of a body that others press on is cut off no more
-  if (!bounded(body)) return {};
-  VecX q_dot = y.tail(body.r);
-  const InversionLimit& at = limit(body);
-  const double share = at.allowed_share(body.q + dt * q_dot);
+  const double share = allowed_share(body, dt, y);
   if (share == 1.0) return {};
   if (pressed && share < kLittle) return MatX::Identity(body.r, body.r);
-  return at.stop_closing(body.q, stage.terms.M_q, q_dot);
+  VecX q_dot = y.tail(body.r);
+  return limit(body).stop_closing(body.q, stage.terms.M_q, q_dot);
 }
 
 double InversionGuard::shorten(const ReducedBody& body, double dt, VecX& y) const {
-  if (!bounded(body)) return 1.0;
-  const VecX q = body.q + dt * y.tail(body.r);
-  const double share = limit(body).allowed_share(q);
-  if (share < 1.0) y.tail(body.r) = (share * q - body.q) / dt;
+  const double share = allowed_share(body, dt, y);
+  if (share < 1.0) y.tail(body.r) = (share * (body.q + dt * y.tail(body.r)) - body.q) / dt;
   return share;
 }
 

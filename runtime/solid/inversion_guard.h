@@ -54,6 +54,8 @@ class InversionGuard {
 
  private:
   const InversionLimit& limit(const ReducedBody& body) const;
+  /// Share of the coordinates at which a step with y (6 + r) would end that the limit allows; 1: all.
+  double allowed_share(const ReducedBody& body, double dt, const VecX& y) const;
 
   std::map<std::shared_ptr<const Archetype>, std::unique_ptr<InversionLimit>> limits_;
   struct Held {

@@ -15,8 +15,6 @@ namespace {
 using source_tree::Include;
 using Graph = std::map<std::string, std::set<std::string>>;
 
-const std::vector<std::string> kCode = {"common", "precompute", "runtime", "assets/generate"};
-
 /// Which folders a folder may include, besides itself. "runtime" is the files at its root, except
 /// main.cpp; "precompute" those at its root, which its rooms do not know. Keys and TOML
 /// (common/params) are for those who read files that people write.
@@ -126,18 +124,19 @@ std::set<std::string> nodes_on_cycles(Graph graph) {
 }  // namespace
 
 TEST(IncludeGraph, HasNoEdgeThatTheArchitectureLacks) {
-  const auto includes = source_tree::includes_under(kCode);
+  const auto includes = source_tree::includes_under(source_tree::kCode);
   ASSERT_GT(includes.size(), 100u);  // the tree was found
   EXPECT_TRUE(layering_faults(includes).empty()) << source_tree::joined(layering_faults(includes));
 }
 
 TEST(IncludeGraph, HasNoCycleBetweenFolders) {
-  const auto cyclic = nodes_on_cycles(folder_graph(source_tree::includes_under(kCode)));
+  const auto cyclic =
+      nodes_on_cycles(folder_graph(source_tree::includes_under(source_tree::kCode)));
   EXPECT_TRUE(cyclic.empty()) << source_tree::joined({cyclic.begin(), cyclic.end()});
 }
 
 TEST(IncludeGraph, NamesFilesFromTheTopFolder) {
-  for (const Include& include : source_tree::includes_under(kCode)) {
+  for (const Include& include : source_tree::includes_under(source_tree::kCode)) {
     if (!include.quoted) continue;
     EXPECT_TRUE(std::filesystem::is_regular_file(source_tree::root() / include.target))
         << include.file << " includes " << include.target;

@@ -71,33 +71,30 @@ class PaperRuns : public testing::Test {
   int code_ = -1;
 };
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(PaperRuns, AFinishedRunIsNotRunAgain) {
   const std::string first = asked("SCENES='one two'");
   EXPECT_EQ(code_, 0);
-  EXPECT_TRUE(holds(first, "run ./scenes/scene.scene.toml -o out/one ")) << first;
-  EXPECT_TRUE(holds(first, "--set a=[1,2] --set output.checkpoint={every_frames=24,keep=1}\n"))
+  EXPECT_TRUE(source_tree::holds(first, "run ./scenes/scene.scene.toml -o out/one ")) << first;
+  EXPECT_TRUE(
+      source_tree::holds(first, "--set a=[1,2] --set output.checkpoint={every_frames=24,keep=1}\n"))
       << first;
-  EXPECT_TRUE(holds(first, "render out/one")) << first;
+  EXPECT_TRUE(source_tree::holds(first, "render out/one")) << first;
   EXPECT_EQ(asked("SCENES='one two'"), "page \npage \npage \n");
-  EXPECT_TRUE(holds(asked("SCENES=one QUICK=1"), "--set expect=absent --set b=3\n"));
-  EXPECT_FALSE(holds(asked("SCENES=two"), "one"));
+  EXPECT_TRUE(source_tree::holds(asked("SCENES=one QUICK=1"), "--set expect=absent --set b=3\n"));
+  EXPECT_FALSE(source_tree::holds(asked("SCENES=two"), "one"));
 }
 
 TEST_F(PaperRuns, OtherScenesRunAfterOneThatFails) {
   write("out/one.end", "3");
   const std::string said = asked("SCENES='one two'");
   EXPECT_EQ(code_, 3);
-  EXPECT_TRUE(holds(said, "-o out/two ")) << said;
+  EXPECT_TRUE(source_tree::holds(said, "-o out/two ")) << said;
   EXPECT_TRUE(said.ends_with("page \n")) << said;
-  EXPECT_FALSE(holds(asked("SCENES='one two'"), "run "));  // the same programs
+  EXPECT_FALSE(source_tree::holds(asked("SCENES='one two'"), "run "));  // the same programs
   EXPECT_EQ(code_, 3);
   write("out/one.end", "0");
   program("archetide-sim", kSimulator);
-  EXPECT_TRUE(holds(asked("SCENES='one two'"), "-o out/one "));
+  EXPECT_TRUE(source_tree::holds(asked("SCENES='one two'"), "-o out/one "));
   EXPECT_EQ(code_, 0);
 }
 
@@ -112,13 +109,13 @@ TEST_F(PaperRuns, ARefusedSceneKeepsItsReason) {
 
 TEST_F(PaperRuns, AStoppedRunStopsAllAndGoesOnLater) {
   write("out/one.end", "75");
-  EXPECT_FALSE(holds(asked("SCENES='one two'"), "out/two"));
+  EXPECT_FALSE(source_tree::holds(asked("SCENES='one two'"), "out/two"));
   EXPECT_EQ(code_, 75);
   fs::remove(top_ / "out/one.end");
   const std::string said = asked("SCENES='one two'");
   EXPECT_EQ(code_, 0);
-  EXPECT_TRUE(holds(said, "-o out/one --resume auto")) << said;
-  EXPECT_TRUE(holds(said, "-o out/two ")) << said;
+  EXPECT_TRUE(source_tree::holds(said, "-o out/one --resume auto")) << said;
+  EXPECT_TRUE(source_tree::holds(said, "-o out/two ")) << said;
 }
 
 TEST_F(PaperRuns, AnUnknownNameIsRefused) {

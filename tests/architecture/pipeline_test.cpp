@@ -55,17 +55,15 @@ class Pipeline : public testing::Test {
   int code_ = -1;
 };
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(Pipeline, PlainNamesReachThePrograms) {
   write("a/bodies/B\xC3\xA4r-1.2_x+y@z,w.body.toml");
   const std::string text = make("");
   EXPECT_EQ(code_, 0) << text;
-  EXPECT_TRUE(holds(text, "<build><a/bodies/B\xC3\xA4r-1.2_x+y@z,w.body.toml><-o><out/archetypes/"))
+  EXPECT_TRUE(source_tree::holds(
+      text, "<build><a/bodies/B\xC3\xA4r-1.2_x+y@z,w.body.toml><-o><out/archetypes/"))
       << text;
-  EXPECT_TRUE(holds(text, "<run><a/scenes/pond.scene.toml><-o><out/runs/pond>")) << text;
+  EXPECT_TRUE(source_tree::holds(text, "<run><a/scenes/pond.scene.toml><-o><out/runs/pond>"))
+      << text;
 }
 
 TEST_F(Pipeline, NamesThatAreNoWordsAreRefusedByName) {
@@ -78,7 +76,8 @@ TEST_F(Pipeline, NamesThatAreNoWordsAreRefusedByName) {
     for (const char* goal : {"", "run/pond"}) {
       const std::string text = make(goal);
       EXPECT_EQ(code_, 2) << name << " " << goal;
-      EXPECT_TRUE(holds(text, "\"a/" + name + "\": make cannot handle this file name; rename it"))
+      EXPECT_TRUE(source_tree::holds(
+          text, "\"a/" + name + "\": make cannot handle this file name; rename it"))
           << text;
     }
     make("help");
@@ -87,19 +86,23 @@ TEST_F(Pipeline, NamesThatAreNoWordsAreRefusedByName) {
     fs::remove(top_ / "a" / name);
   }
   write("a/scenes/two\nlines.scene.toml");
-  EXPECT_TRUE(holds(make("list"), "\"a/scenes/two?lines.scene.toml\": make cannot handle"));
+  EXPECT_TRUE(
+      source_tree::holds(make("list"), "\"a/scenes/two?lines.scene.toml\": make cannot handle"));
   EXPECT_EQ(code_, 2);
 }
 
 TEST_F(Pipeline, FoldersThatAreNoWordsAreRefusedByName) {
-  EXPECT_TRUE(holds(make("list OUT='my films'"), "OUT=my films: make cannot handle this folder"));
+  EXPECT_TRUE(source_tree::holds(make("list OUT='my films'"),
+                                 "OUT=my films: make cannot handle this folder"));
   EXPECT_EQ(code_, 2);
-  EXPECT_TRUE(holds(make("list \"OUT=it's\""), "OUT=it's: make cannot handle this folder"));
+  EXPECT_TRUE(
+      source_tree::holds(make("list \"OUT=it's\""), "OUT=it's: make cannot handle this folder"));
 }
 
 TEST_F(Pipeline, ReportHandsRunFoldersOverWhateverTheyAreCalled) {
   write("out/runs/`touch ran` b/done.stamp");
-  EXPECT_TRUE(holds(make("report"), "<report><out/runs/`touch ran` b><-o><out/report.html>"));
+  EXPECT_TRUE(
+      source_tree::holds(make("report"), "<report><out/runs/`touch ran` b><-o><out/report.html>"));
   EXPECT_FALSE(ran());
 }
 
@@ -108,18 +111,20 @@ TEST_F(Pipeline, NewBodyMakesOnlyWhatBodiesCanBuild) {
     write(name);
     const std::string text = make("new-body M='" + std::string(name) + "'");
     EXPECT_EQ(code_, 2) << name;
-    EXPECT_TRUE(holds(text, std::string(name) + ": make cannot handle this file name; rename it"))
+    EXPECT_TRUE(source_tree::holds(
+        text, std::string(name) + ": make cannot handle this file name; rename it"))
         << text;
   }
   write("tier.obj");
-  EXPECT_TRUE(holds(make("new-body M=tier.obj NAME='a b'"), "new-body: a b: make cannot handle"));
+  EXPECT_TRUE(source_tree::holds(make("new-body M=tier.obj NAME='a b'"),
+                                 "new-body: a b: make cannot handle"));
   EXPECT_EQ(code_, 2);
   EXPECT_FALSE(ran());
   const std::string text = make("new-body M=tier.obj NAME=cow SCALE='`touch ran`'");
   EXPECT_EQ(code_, 0) << text;
-  EXPECT_TRUE(holds(text,
-                    "<propose><-o><a/bodies/cow.body.toml><--mesh-name=tier.obj>"
-                    "<--scale=`touch ran`><-t><1><--><tier.obj>"))
+  EXPECT_TRUE(source_tree::holds(text,
+                                 "<propose><-o><a/bodies/cow.body.toml><--mesh-name=tier.obj>"
+                                 "<--scale=`touch ran`><-t><1><--><tier.obj>"))
       << text;
   EXPECT_FALSE(ran());
   EXPECT_TRUE(fs::exists(top_ / "a/bodies/tier.obj"));
@@ -132,7 +137,8 @@ TEST_F(Pipeline, NewBodyLeavesNoMeshWithoutABodyFile) {
   EXPECT_EQ(code_, 2);
   EXPECT_FALSE(fs::exists(top_ / "a/bodies/tier.obj"));
   write("a/bodies/tier.obj", "another");
-  EXPECT_TRUE(holds(make("new-body M=tier.obj"), "new-body: a/bodies/tier.obj is another mesh"));
+  EXPECT_TRUE(source_tree::holds(make("new-body M=tier.obj"),
+                                 "new-body: a/bodies/tier.obj is another mesh"));
   EXPECT_EQ(code_, 2);
   write("a/bodies/tier.obj", "one");
   make("new-body M=a/bodies/tier.obj");

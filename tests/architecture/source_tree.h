@@ -36,6 +36,14 @@ inline std::vector<std::string> files(const std::vector<std::string>& tops) {
   return found;
 }
 
+/// Where code stands.
+inline const std::vector<std::string> kCode = {"common", "precompute", "runtime",
+                                               "assets/generate"};
+
+inline bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 inline bool is_source(const std::string& path) {
   return path.ends_with(".h") || path.ends_with(".cpp");
 }

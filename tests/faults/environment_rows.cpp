@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "common/base/input_error.h"
 #include "tests/faults/workshop.h"
 
 namespace archetide {
@@ -73,8 +74,8 @@ std::string every_byte(Workshop& w, double share, std::string& figures) {
     Command c = w.run_into(out, {"--until", "0.02"});
     c.words[2] = scene;
     const Ending end = run(c);
-    constexpr int kStopped = 75;
-    if (end.code != kStopped) return fmt::format("byte {}: exit {}: {}", byte, end.code, end.text);
+    if (end.code != kExitStopped)
+      return fmt::format("byte {}: exit {}: {}", byte, end.code, end.text);
     if (!fs::exists(w / out + "/checkpoint/LATEST"))
       return fmt::format("byte {}: no checkpoint", byte);
     fs::remove_all(w / out), fs::remove(w / scene);

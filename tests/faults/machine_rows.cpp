@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "common/base/input_error.h"
 #include "tests/faults/workshop.h"
 
 namespace archetide {
@@ -17,12 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kInput = 2, kFile = 4, kMachine = 5;
 const char* const kNoRight = "skipped: needs the right to mount (root)";
-
-std::string wrong_code(const Ending& end, const std::string& wanted) {
-  return fmt::format("exit {} instead of {}: {}", end.code, wanted, end.text);
-}
 
 // A disk of its own for this process and its children, as long as it lives.
 class SmallDisk {
@@ -63,9 +59,9 @@ std::string full_disk(Workshop& w, double share, std::string& figures) {
     const int kilobytes = 4 * (1 + n * 500 / count);
     if (!disk.resize(fmt::format("{}k", kilobytes))) return "the disk cannot be resized";
     const Ending end = run(w.run_into("disk/r"));
-    if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
-    if (end.code == kMachine && end.text.empty()) return "no message about a full disk";
-    full += end.code == kMachine;
+    if (end.code != 0 && end.code != kExitMachine) return wrong_code(end, "0 or 5");
+    if (end.code == kExitMachine && end.text.empty()) return "no message about a full disk";
+    full += end.code == kExitMachine;
     disk.resize("64m");
     const Ending again = run(w.run_into("disk/r"));
     if (again.code != 0) return wrong_code(again, "0 with room");
@@ -85,9 +81,10 @@ std::string full_disk_for_builds(Workshop& w, double share, std::string& figures
     disk.resize(fmt::format("{}k", 4 * (1 + n * 20 / count)));
     fs::remove(w / "disk/ball.h5");
     const Ending end = run(w.build_into("disk/ball.h5"));
-    if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
-    full += end.code == kMachine;
-    if (end.code == kMachine && fs::exists(w / "disk/ball.h5")) return "half an archetype is there";
+    if (end.code != 0 && end.code != kExitMachine) return wrong_code(end, "0 or 5");
+    full += end.code == kExitMachine;
+    if (end.code == kExitMachine && fs::exists(w / "disk/ball.h5"))
+      return "half an archetype is there";
     disk.resize("64m");
     if (const Ending again = run(w.build_into("disk/ball.h5")); again.code != 0)
       return wrong_code(again, "0 with room");
@@ -103,7 +100,7 @@ std::string read_only_disk(Workshop& w, double, std::string& figures) {
   disk.read_only(true);
   for (const Command& c : {w.run_into("disk/r"), w.build_into("disk/ball.h5")}) {
     const Ending end = run(c);
-    if (end.code != kMachine) return wrong_code(end, "5");
+    if (end.code != kExitMachine) return wrong_code(end, "5");
   }
   figures = "run and build";
   return "";
@@ -119,13 +116,13 @@ std::string no_permission(Workshop& w, double, std::string& figures) {
   Command writes = w.run_into("r_nobody"), reads = w.run_into("r_secret");
   writes.before = reads.before = become_nobody;
   const Ending cannot_write = run(writes);
-  if (cannot_write.code != kMachine) return wrong_code(cannot_write, "5");
+  if (cannot_write.code != kExitMachine) return wrong_code(cannot_write, "5");
   fs::copy_file(w / "tank.scene.toml", w / "secret.scene.toml",
                 fs::copy_options::overwrite_existing);
   ::chmod((w / "secret.scene.toml").c_str(), 0);
   reads.words[2] = "secret.scene.toml";
   const Ending cannot_read = run(reads);
-  if (cannot_read.code != kFile) return wrong_code(cannot_read, "4");
+  if (cannot_read.code != kExitFile) return wrong_code(cannot_read, "4");
   figures = "folder and scene";
   return "";
 }
@@ -148,8 +145,8 @@ std::string little_memory(Command c, double low, double high, int count, std::st
       ::setrlimit(RLIMIT_AS, &limit);
     };
     const Ending end = run(c);
-    const bool wrong = end.timed_out || (end.code != 0 && end.code != kMachine &&
-                                         end.code != kInput && !never_began(end));
+    const bool wrong = end.timed_out || (end.code != 0 && end.code != kExitMachine &&
+                                         end.code != kExitInput && !never_began(end));
     if (wrong) return fmt::format("{} MB: {}", bytes >> 20, wrong_code(end, "0 or 5"));
     failed += end.code != 0;
   }

@@ -50,6 +50,10 @@ bool ends_within(pid_t child, double seconds, int& status, rusage& used) {
 
 }  // namespace
 
+std::string wrong_code(const Ending& end, const std::string& wanted) {
+  return fmt::format("exit {} instead of {}: {}", end.code, wanted, end.text);
+}
+
 pid_t start(const Command& command, const std::string& log) {
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("no process can be started");

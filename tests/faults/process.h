@@ -27,6 +27,9 @@ struct Ending {
   double peak_megabytes = 0.0;
 };
 
+/// "exit 3 instead of 0: what it said"
+std::string wrong_code(const Ending& end, const std::string& wanted);
+
 /// Starts it with stdout and stderr into the file `log`. Throws std::runtime_error when it cannot.
 pid_t start(const Command& command, const std::string& log);
 /// Waits for it, as long as it may take.

@@ -9,18 +9,13 @@
 #include <filesystem>
 #include <thread>
 
+#include "common/base/input_error.h"
 #include "tests/faults/workshop.h"
 
 namespace archetide {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kInput = 2, kMachine = 5, kStopped = 75;
-
-std::string wrong_code(const Ending& end, const std::string& wanted) {
-  return fmt::format("exit {} instead of {}: {}", end.code, wanted, end.text);
-}
 
 std::string finish(Workshop& w, const std::string& out) {
   const Ending end = run(w.run_into(out));
@@ -38,8 +33,8 @@ std::string stop_by(int signal, Workshop& w, double share, std::string& figures)
     std::this_thread::sleep_for(std::chrono::duration<double>(w.uniform(0.05, w.run_seconds())));
     ::kill(child, signal);
     const Ending end = wait_for(child, 60.0, w / "log");
-    if (end.code != 0 && end.code != kStopped) return wrong_code(end, "0 or 75");
-    stopped += end.code == kStopped;
+    if (end.code != 0 && end.code != kExitStopped) return wrong_code(end, "0 or 75");
+    stopped += end.code == kExitStopped;
     if (const std::string wrong = finish(w, "r"); !wrong.empty()) return wrong;
   }
   figures = fmt::format("{} of {} stopped", stopped, count);
@@ -65,7 +60,7 @@ std::string broken_pipe(Workshop& w, double, std::string& figures) {
     ::dup2(ends[1], 1), ::dup2(ends[1], 2);
   };
   const Ending end = run(c);
-  if (end.code != 0 && end.code != kMachine && end.code != kStopped)
+  if (end.code != 0 && end.code != kExitMachine && end.code != kExitStopped)
     return wrong_code(end, "0, 5 or 75");
   figures = fmt::format("exit {}", end.code);
   return finish(w, "r");
@@ -84,8 +79,8 @@ std::string file_size_limit(Workshop& w, double share, std::string& figures) {
       ::setrlimit(RLIMIT_FSIZE, &bytes);
     };
     const Ending end = run(c);
-    if (end.code != 0 && end.code != kMachine) return wrong_code(end, "0 or 5");
-    failed += end.code == kMachine;
+    if (end.code != 0 && end.code != kExitMachine) return wrong_code(end, "0 or 5");
+    failed += end.code == kExitMachine;
     if (const std::string wrong = finish(w, "r"); !wrong.empty())
       return fmt::format("{} bytes: {}", limit, wrong);
   }
@@ -101,7 +96,7 @@ std::string two_runs(Workshop& w, double share, std::string& figures) {
     const pid_t first = start(w.run_into("r"), w / "log"),
                 second = start(w.run_into("r"), w / "log2");
     const Ending a = wait_for(first, 60.0, w / "log"), b = wait_for(second, 60.0, w / "log2");
-    const bool one = (a.code == 0 && b.code == kInput) || (a.code == kInput && b.code == 0);
+    const bool one = (a.code == 0 && b.code == kExitInput) || (a.code == kExitInput && b.code == 0);
     if (!one) return wrong_code(a, "0 and 2") + wrong_code(b, "2 and 0");
     if (const std::string wrong = w.difference("r"); !wrong.empty()) return wrong;
   }

@@ -123,7 +123,7 @@ std::vector<ScoreRow> conservation() {
 }
 
 // Asked for: as of the sphere (ringing-sphere).
-std::vector<ScoreRow> cylinder() {
+std::vector<ScoreRow> ringing_soft_cylinder() {
   std::vector<ScoreRow> rows;
   for (const int degree : {2, 3})
     for (const int cells : {4, 8}) {
@@ -139,7 +139,7 @@ std::vector<ScoreRow> cylinder() {
   return rows;
 }
 
-std::vector<ScoreRow> stiff() {
+std::vector<ScoreRow> stiff_wet() {
   std::vector<ScoreRow> rows;
   for (const double omega : {1e3, 1e5, 1e7})
     rows.push_back(timed([&] {
@@ -188,12 +188,13 @@ std::vector<ScoreCase> coupled_scores() {
            "soft ball in a drifting ball of water; soft ring in a closed tank; no gravity, 1 s",
            conservation},
           {"ringing-cylinder", true,
-           "soft cylinder that rings in the plane; closed form for unbounded water", cylinder},
+           "soft cylinder that rings in the plane; closed form for unbounded water",
+           ringing_soft_cylinder},
           {"closed-tank-momentum", true,
            "sphere thrown through a full, closed, weightless tank; the volume's centre stays",
            momentum},
           {"stiff-to-rigid-wet", true,
-           "blob of modes of rising stiffness let go under water; the rigid one", stiff},
+           "blob of modes of rising stiffness let go under water; the rigid one", stiff_wet},
           {"kleefsman", false, "dam break against a box; experiment [Kleefsman et al. 2005]",
            box_impact}};
 }

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/constants.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
-
-constexpr double kWater = 1000.0;  // kg/m^3
 
 double energy_of(const StepReport& r) {
   return r.water_kinetic + r.body_kinetic + r.body_elastic + r.spray_kinetic;
@@ -88,7 +87,7 @@ ConservationResult drifting_blob(int n) {
   o.open_side.fill(true);
   o.max_dt = 0.02;
   const Vec3 centre(0.45, 0.48, 0.5), drift(0.12, 0.06, 0.0), spin(0.2, -0.3, 0.4);
-  ReducedBody ball = one_mode(ball_tets(kBall, 8), 0.7 * kWater, kStiffness,
+  ReducedBody ball = one_mode(ball_tets(kBall, 8), 0.7 * kWaterDensity, kStiffness,
                               [](const Vec3& x) { return Vec3(x[0], -0.5 * x[1], -0.5 * x[2]); });
   ball.position = centre + Vec3(0.05, -0.02, 0.03);
   const Vec3 v = drift + spin.cross(ball.position - centre);
@@ -106,8 +105,8 @@ ConservationResult drifting_blob(int n) {
 ConservationResult ringing_ring(int n, double bent) {
   SimulationOptions o = weightless_tank(n);
   o.max_dt = 0.02;
-  ReducedBody ring =
-      one_mode(ring_tets(0.25, 0.08, 40, 6), 0.5 * kWater, 20.0, [](const Vec3& x) {  // folds
+  ReducedBody ring = one_mode(
+      ring_tets(0.25, 0.08, 40, 6), 0.5 * kWaterDensity, 20.0, [](const Vec3& x) {  // folds
         const double about = std::atan2(x[1], x[0]);
         return Vec3(0.0, 0.0, x.head<2>().squaredNorm() * std::cos(2.0 * about));
       });

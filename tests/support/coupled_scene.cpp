@@ -5,6 +5,7 @@
 
 #include "runtime/coupling/hydrostatic_force.h"
 #include "runtime/cut_cells/voxel_faces.h"
+#include "tests/support/constants.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
@@ -12,10 +13,8 @@
 namespace archetide {
 namespace {
 
-constexpr double kWater = 1000.0;  // kg/m^3
-
 std::shared_ptr<const Archetype> body_archetype(const CoupledSceneOptions& o, double radius) {
-  const double density = kWater * o.density_ratio;
+  const double density = kWaterDensity * o.density_ratio;
   if (o.modes == 0) return rigid_surface_archetype(volume_true_sphere(3, radius), density);
   SyntheticOptions synthetic;
   synthetic.r = o.modes;
@@ -72,7 +71,7 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
   solids.cell.resize(grid.nx, grid.ny, grid.nz, 0.0);
   const Sides open_side{false, false, false, false, false, true};
   Hydrostatics hydrostatics;
-  hydrostatics.density = kWater;
+  hydrostatics.density = kWaterDensity;
   hydrostatics.reference = Vec3(0, 0, o.fill);
   const int columns =
       std::max(1, static_cast<int>(std::ceil(std::sqrt(o.bodies * size[0] / size[1]))));
@@ -121,11 +120,11 @@ void CoupledScene::place_bodies(const CoupledSceneOptions& o) {
     VecX momentum = VecX::Zero(reduced[b].dofs());
     if (o.geometry == Geometry::kCutCell) {
       const PlacedInnerFlow inner(inner_flow(*reduced[b].archetype), surfaces[b]);
-      carried = carried_water(grid, faces[b], kWater, inner, body.flux);
+      carried = carried_water(grid, faces[b], kWaterDensity, inner, body.flux);
       bound_carried_water(H, carried);
     } else {
-      VoxelCoupling v =
-          voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWater, u_star, system.matrix.kind);
+      VoxelCoupling v = voxel_coupling(grid, voxels[b], reduced[b].dofs(), kWaterDensity, u_star,
+                                       system.matrix.kind);
       body.flux = std::move(v.flux);
       carried = std::move(v.fluid_mass);
       momentum = std::move(v.fluid_momentum);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/constants.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/float_draft.h"
@@ -11,8 +12,6 @@
 
 namespace archetide {
 namespace {
-
-constexpr double kWater = 1000.0;  // kg/m^3
 
 int most_iterations(const StepReport& r, int before) {
   return std::max({before, r.position.iterations, r.velocity.iterations});
@@ -34,7 +33,8 @@ FloatResult floating_sphere(int cells_per_radius, double ratio, double end) {
   o.has_water = true;
   o.open_side[kZMax] = true;
   o.max_dt = 0.02;
-  const auto sphere = rigid_surface_archetype(volume_true_sphere(4, kRadius), ratio * kWater);
+  const auto sphere =
+      rigid_surface_archetype(volume_true_sphere(4, kRadius), ratio * kWaterDensity);
   ReducedBody body = make_body(sphere, 0);
   const double draft = exact_draft(ratio);
   body.position = Vec3(0.503, 0.496, kLevel + kRadius * (1.0 - draft + 0.1));
@@ -45,7 +45,7 @@ FloatResult floating_sphere(int cells_per_radius, double ratio, double end) {
     const StepReport r = simulation.step(std::min(simulation.stable_dt(), end - simulation.time()));
     ++result.steps, result.iterations = most_iterations(r, result.iterations);
     if (r.t < 2.0 / 3.0 * end) continue;
-    const double level = r.water_volume + sphere->integrals.mass / kWater;  // of 1 m^2
+    const double level = r.water_volume + sphere->integrals.mass / kWaterDensity;  // of 1 m^2
     result.draft += r.dt * (level - simulation.bodies()[0].position[2] + kRadius) / kRadius;
     seconds += r.dt;
   }
@@ -63,7 +63,7 @@ Heave heaving_sphere(int cells_per_radius, double share) {
   o.max_dt = 1.0;
   const double g = o.gravity.norm(), beat = std::sqrt(kRadius / g), level = 12.0 * kRadius;
   ReducedBody body =
-      make_body(rigid_surface_archetype(volume_true_sphere(4, kRadius), 0.5 * kWater), 0);
+      make_body(rigid_surface_archetype(volume_true_sphere(4, kRadius), 0.5 * kWaterDensity), 0);
   body.position =
       Vec3(0.503 * across * o.grid.dx, 0.496 * across * o.grid.dx, level + kRaised * kRadius);
   Simulation simulation(o, water_to(o.grid, level), {body}, {});
@@ -94,7 +94,7 @@ TankMomentum closed_tank_momentum(int cells_per_radius) {
   o.has_water = true;
   o.gravity = Vec3::Zero();
   o.tolerance = 1e-12;
-  const auto sphere = rigid_surface_archetype(volume_true_sphere(4, 0.2), 0.5 * kWater);
+  const auto sphere = rigid_surface_archetype(volume_true_sphere(4, 0.2), 0.5 * kWaterDensity);
   ReducedBody body = make_body(sphere, 0);
   body.position = Vec3(0.4, 0.47, 0.45);
   body.P = sphere->integrals.mass * Vec3(1.0, 0.3, 0.5);
@@ -104,7 +104,7 @@ TankMomentum closed_tank_momentum(int cells_per_radius) {
     const StepReport r = simulation.step(0.5 * o.grid.dx);
     result.iterations = most_iterations(r, result.iterations);
     const Vec3 v = simulation.bodies()[0].P / sphere->integrals.mass;
-    const Vec3 displaced = kWater * sphere->volume * v;
+    const Vec3 displaced = kWaterDensity * sphere->volume * v;
     result.worst = std::max(result.worst, (r.water_momentum + displaced).norm() / displaced.norm());
   }
   return result;
@@ -112,7 +112,7 @@ TankMomentum closed_tank_momentum(int cells_per_radius) {
 
 double velocity_off_rigid(double first_omega) {
   SyntheticOptions options;
-  options.density = 0.5 * kWater;
+  options.density = 0.5 * kWaterDensity;
   options.first_omega = first_omega;
   const auto blob =
       deformable_archetype(blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(4, 3, 3)), options);

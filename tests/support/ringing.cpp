@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/constants.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 #include "tests/support/water_scene.h"
@@ -29,7 +30,7 @@ Trace trace_of(const std::vector<double>& c) {
   return t;
 }
 
-constexpr double kRadius = 0.2, kWater = 1000.0, kDensity = 500.0;  // m, kg/m^3
+constexpr double kRadius = 0.2, kDensity = 500.0;  // m, kg/m^3
 
 // A cylinder along y, as heavy as the round one.
 TetMesh cylinder_tets(double length, int across) {
@@ -63,7 +64,7 @@ CylinderRinging ringing_cylinder(int degree, int cells_per_radius) {
   const double dry = 20.0;  // rad/s
   // of mass sum |u|^2 of u = grad (r^n cos n phi) / (n a^(n-1)): rho_b pi a^2 / n to the water's
   // rho pi a^2 / n
-  const double omega = dry * std::sqrt(kDensity / (kDensity + kWater)), dt = 0.1 / omega;
+  const double omega = dry * std::sqrt(kDensity / (kDensity + kWaterDensity)), dt = 0.1 / omega;
   SimulationOptions o;
   const int cells = 8 * cells_per_radius;
   constexpr double kLength = 3.0;  // cells; it reaches through both walls of the one cell's slab

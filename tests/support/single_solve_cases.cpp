@@ -4,14 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tests/support/constants.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
 namespace {
 
-constexpr double kWater = 1000.0, kGravity = 9.81;    // kg/m^3, m/s^2
-constexpr double kRadius = 4.0, kHalfSide = 8.3 / 2;  // of the test shapes, m (cells)
+constexpr double kGravity = 9.81;                          // m/s^2
+constexpr double kShapeRadius = 4.0, kHalfSide = 8.3 / 2;  // of the test shapes, m (cells)
 
 std::shared_ptr<const Archetype> sphere_of(double radius, double density) {
   return rigid_surface_archetype(volume_true_sphere(5, radius), density);
@@ -67,7 +68,7 @@ AddedMass added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetyp
                      const Vec3& position, double density_ratio, double displaced) {
   const double share = displaced > 0.0 ? displaced / archetype->volume : 1.0;
   ReducedBody body = make_body(archetype, 0);
-  body.mass_scale = density_ratio * kWater / archetype->density;
+  body.mass_scale = density_ratio * kWaterDensity / archetype->density;
   body.position = position;
   body.P = Vec3(0, 0, body_mass(body));
   tank.bodies.push_back(body);
@@ -79,19 +80,19 @@ AddedMass added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_
   CoupledTank tank(4 * cells_per_radius, 2.0);
   tank.options.geometry = geometry;
   tank.options.open_side[kZMax] = open_top;
-  return added_mass(std::move(tank), sphere_of(1.0, kWater), Vec3::Zero());
+  return added_mass(std::move(tank), sphere_of(1.0, kWaterDensity), Vec3::Zero());
 }
 
 AddedMass added_mass_near_wall(int cells_per_radius) {
   const int c = cells_per_radius;
   const CoupledTank tank(Grid{16 * c, 16 * c, 12 * c, 1.0 / c, Vec3(-8, -8, 0)});
-  return added_mass(tank, sphere_of(1.0, kWater), Vec3(0, 0, 1.5));
+  return added_mass(tank, sphere_of(1.0, kWaterDensity), Vec3(0, 0, 1.5));
 }
 
 AddedMass added_mass_in_shell(int cells_per_radius) {
   CoupledTank tank(5 * cells_per_radius, 2.5);
   tank.obstacles.push_back(box_with_hole(6.0, 2.0));
-  return added_mass(std::move(tank), sphere_of(1.0, kWater), Vec3::Zero());
+  return added_mass(std::move(tank), sphere_of(1.0, kWaterDensity), Vec3::Zero());
 }
 
 AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness,
@@ -101,7 +102,7 @@ AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickn
   CoupledTank tank(Grid{n, thickness, n, dx, Vec3(-2, -0.5 * width, -2)});
   tank.options.open_side[kZMax] = open_top;
   const auto archetype = rigid_surface_archetype(
-      cylinder(1.0, 0.5 * width + beyond * dx, 16 * cells_per_radius, thickness), kWater);
+      cylinder(1.0, 0.5 * width + beyond * dx, 16 * cells_per_radius, thickness), kWaterDensity);
   return added_mass(std::move(tank), archetype, Vec3::Zero(), 1.0, M_PI * width);
 }
 
@@ -123,7 +124,7 @@ Vec3 sub_cell_offset(int n) {
 
 OffsetErrors added_mass_over_offsets(int cells_per_radius, int positions, double density_ratio) {
   constexpr double kExact = 0.5143261253;  // walls make a shift of half a cell matter by < 1e-4
-  const auto sphere = sphere_of(cells_per_radius, kWater);
+  const auto sphere = sphere_of(cells_per_radius, kWaterDensity);
   OffsetErrors errors;
   double squares = 0.0;
   for (int n = 0; n < positions; ++n) {
@@ -154,17 +155,17 @@ double buoyancy(const std::shared_ptr<const Archetype>& archetype, const Vec3& x
   body.P = Vec3(0, 0, kGravity * dt * body_mass(body));
   tank.bodies.push_back(body);
   solved(tank, dt);
-  return tank.results[0].water_impulse[2] / dt / (kWater * kGravity * archetype->volume);
+  return tank.results[0].water_impulse[2] / dt / (kWaterDensity * kGravity * archetype->volume);
 }
 
 std::shared_ptr<const Archetype> test_shape(TestShape shape) {
-  if (shape == TestShape::kSphere) return sphere_of(kRadius, kWater);
-  return rigid_surface_archetype(box_surface(Vec3::Constant(2 * kHalfSide), 4), kWater);
+  if (shape == TestShape::kSphere) return sphere_of(kShapeRadius, kWaterDensity);
+  return rigid_surface_archetype(box_surface(Vec3::Constant(2 * kHalfSide), 4), kWaterDensity);
 }
 
 double submerged_share(TestShape shape, double z) {
   if (shape == TestShape::kCube) return std::clamp(0.5 - z / (2 * kHalfSide), 0.0, 1.0);
-  const double h = std::clamp(1.0 - z / kRadius, 0.0, 2.0);
+  const double h = std::clamp(1.0 - z / kShapeRadius, 0.0, 2.0);
   return h * h * (3.0 - h) / 4.0;
 }
 
@@ -186,7 +187,7 @@ double release_acceleration(int cells_per_radius) {
   CoupledTank tank(4 * cells_per_radius, 2.0);
   tank.options.hydrostatics.gravity = Vec3(0, 0, -kGravity);
   tank.options.open_side[kZMax] = true;
-  tank.bodies.push_back(make_body(sphere_of(1.0, 0.5 * kWater), 0));
+  tank.bodies.push_back(make_body(sphere_of(1.0, 0.5 * kWaterDensity), 0));
   const double dt = 1e-3;
   solved(tank, dt);
   return tank.results[0].y[2] / dt / kGravity;

@@ -11,6 +11,7 @@
 
 #include "common/base/check.h"
 #include "precompute/build.h"
+#include "tests/support/constants.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/ringing.h"
 #include "tests/support/synthetic_archetype.h"
@@ -20,8 +21,8 @@
 namespace archetide {
 namespace {
 
-constexpr double kRadius = 0.2, kDensity = 500.0, kWater = 1000.0;  // m, kg/m^3
-constexpr double kYoung = 1e6, kPoisson = 0.3;                      // Pa
+constexpr double kRadius = 0.2, kDensity = 500.0;  // m, kg/m^3
+constexpr double kYoung = 1e6, kPoisson = 0.3;     // Pa
 
 // omega a / c_s of the sphere in unbounded water, lowest spheroidal mode of this degree: Lamb's
 // equations with the pressure rho a / (n + 1) d^2 u_r / dt^2 on the surface.
@@ -55,7 +56,7 @@ MatX added_mass(const Archetype& a, int degree) {
                (area.transpose() * a.surface_modes.middleRows<3>(3 * t[v])) /
                (3.0 * kRadius * kRadius);
   }
-  return kWater * std::pow(kRadius, 3) / (degree + 1) * parts.transpose() * parts;
+  return kWaterDensity * std::pow(kRadius, 3) / (degree + 1) * parts.transpose() * parts;
 }
 
 // The wet mode next to the exact one: its shape v and the row v^T M that reads its amplitude.

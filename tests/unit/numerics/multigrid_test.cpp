@@ -47,7 +47,7 @@ float sum_of_children(const MultigridLevel& fine, const Vec3i& c, int axis) {
   return n[axis] > 1 ? 0.5f * sum : sum;
 }
 
-std::vector<PoissonMatrix> some_matrices() {
+std::vector<PoissonMatrix> matrices_of_all_kinds() {
   std::vector<PoissonMatrix> all;
   all.push_back(make_matrix({32, 32, 32, 0.4, 3.0}));
   all.push_back(make_matrix({33, 21, 19, 0.6, 2.0, random_spheres(6, 33, 21, 12, 3)}));
@@ -58,7 +58,7 @@ std::vector<PoissonMatrix> some_matrices() {
 }
 
 TEST(Multigrid, CycleIsSymmetric) {
-  for (const PoissonMatrix& a : some_matrices()) {
+  for (const PoissonMatrix& a : matrices_of_all_kinds()) {
     Cycle cycle(a);
     const auto u = random_vector(a, 1), v = random_vector(a, 2);
     const auto zu = cycle.apply(u), zv = cycle.apply(v);

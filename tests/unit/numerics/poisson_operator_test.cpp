@@ -13,9 +13,9 @@
 namespace archetide::testing {
 namespace {
 
-constexpr double kRounding = 1e-14;  // a dozen operations on numbers of size 1 in fp64
+constexpr double kTermRounding = 1e-14;  // a dozen operations on numbers of size 1 in fp64
 
-std::vector<PoissonMatrix> some_matrices() {
+std::vector<PoissonMatrix> small_matrices() {
   std::vector<PoissonMatrix> all;
   all.push_back(random_matrix(5, 7, 3, 1));
   all.push_back(random_matrix(7, 4, 6, 2, {true, false, false, true, true, true}));
@@ -26,19 +26,19 @@ std::vector<PoissonMatrix> some_matrices() {
 }
 
 TEST(PoissonMatrix, ProductIsThatOfTheDefinition) {
-  for (const PoissonMatrix& a : some_matrices()) {
+  for (const PoissonMatrix& a : small_matrices()) {
     const std::vector<double> x = random_vector(a, 5);
     std::vector<double> y(a.size(), 7.0);
     a.apply(x.data(), y.data());
     const VecX expected = dense_matrix(a) * gather(a, x);
-    EXPECT_LT((gather(a, y) - expected).norm(), kRounding * (1.0 + expected.norm()));
+    EXPECT_LT((gather(a, y) - expected).norm(), kTermRounding * (1.0 + expected.norm()));
     for (std::size_t n = 0; n < a.size(); ++n)
       EXPECT_TRUE(a.kind[n] == CellKind::kUnknown || y[n] == 0.0);
   }
 }
 
 TEST(PoissonOperator, ProductEqualsThatOfTheMatrixAndReadsUnknownsOnly) {
-  for (const PoissonMatrix& a : some_matrices()) {
+  for (const PoissonMatrix& a : small_matrices()) {
     PoissonOperator op;
     op.setup(a);
     std::vector<double> x = random_vector(a, 6), y(a.size(), 0.0), expected(a.size());
@@ -46,12 +46,12 @@ TEST(PoissonOperator, ProductEqualsThatOfTheMatrixAndReadsUnknownsOnly) {
     for (std::size_t n = 0; n < a.size(); ++n)
       if (a.kind[n] != CellKind::kUnknown) x[n] = std::numeric_limits<double>::quiet_NaN();
     op.apply(x.data(), y.data());
-    for (std::size_t n = 0; n < a.size(); ++n) EXPECT_NEAR(y[n], expected[n], kRounding * 10.0);
+    for (std::size_t n = 0; n < a.size(); ++n) EXPECT_NEAR(y[n], expected[n], kTermRounding * 10.0);
   }
 }
 
 TEST(PoissonOperator, BlocksCoverEveryUnknown) {
-  for (const PoissonMatrix& a : some_matrices()) {
+  for (const PoissonMatrix& a : small_matrices()) {
     PoissonOperator op;
     op.setup(a);
     std::vector<double> ones(a.size(), 0.0);
@@ -64,7 +64,7 @@ TEST(PoissonOperator, BlocksCoverEveryUnknown) {
 }
 
 TEST(PoissonOperator, IsSymmetricAndPositive) {
-  for (const PoissonMatrix& a : some_matrices()) {
+  for (const PoissonMatrix& a : small_matrices()) {
     PoissonOperator op;
     op.setup(a);
     const std::vector<double> u = random_vector(a, 7), v = random_vector(a, 8);

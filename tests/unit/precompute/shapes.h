@@ -7,6 +7,13 @@
 
 #include "common/mesh/tet_mesh.h"
 #include "common/mesh/tri_mesh.h"
+#include "precompute/base/material.h"
+
+namespace archetide {
+
+inline const Material kRubber{.density = 1000.0, .young = 1e6, .poisson = 0.3};
+
+}  // namespace archetide
 
 namespace archetide::shapes {
 

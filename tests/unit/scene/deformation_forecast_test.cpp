@@ -11,7 +11,7 @@
 namespace archetide {
 namespace {
 
-const std::string kHead = "schema = 1\ntime = { end = 1.0 }\n";
+const std::string kForecastHead = "schema = 1\ntime = { end = 1.0 }\n";
 const std::string kTank = "[fluid]\ngrid = [32, 32, 32]\ncell = 0.25\nwater = { level = 0 }\n";
 
 std::string body_at(double x, double z, const std::string& more = "") {
@@ -28,7 +28,7 @@ class Forecast : public testing::Test {
     write_archetype(folder_ / "tetra.h5", a);
   }
   BuiltScene build(const std::string& text) const {
-    folder_.write("s.scene.toml", kHead + text);
+    folder_.write("s.scene.toml", kForecastHead + text);
     ArchetypeLibrary library(folder_.path(), folder_.path());
     return build_scene(parse_scene(folder_ / "s.scene.toml"), library);
   }

@@ -12,10 +12,10 @@
 namespace archetide {
 namespace {
 
-const char* const kHead = "schema = 1\ntime = { end = 2.5, fps = 24 }\n";
+const char* const kParsedHead = "schema = 1\ntime = { end = 2.5, fps = 24 }\n";
 
 SceneSpec parse(const std::string& body, const std::vector<std::string>& overrides = {}) {
-  return parse_scene_text(kHead + body, "dir/tub.scene.toml", overrides);
+  return parse_scene_text(kParsedHead + body, "dir/tub.scene.toml", overrides);
 }
 
 std::string complaint(const std::string& body, const std::vector<std::string>& overrides = {}) {
@@ -281,7 +281,7 @@ bool has_key(const ParamNode& table, const std::string& path) {
 TEST(ParseScene, EveryAcceptedKeyOfTheSchemaIsInTheTestAbove) {
   // to_scene() already throws when a key of the file is never read; this closes the other half: no
   // row of the schema is left out of kEverything.
-  const ParamNode root = parse_param_text(std::string(kHead) + kEverything, "everything");
+  const ParamNode root = parse_param_text(std::string(kParsedHead) + kEverything, "everything");
   for (const Key& key : scene_schema().keys()) {
     if (!key.later.empty() && key.later_values.empty()) continue;
     EXPECT_TRUE(has_key(root, key.path)) << key.path;

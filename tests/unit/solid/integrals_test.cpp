@@ -62,20 +62,20 @@ struct Integrals : ::testing::TestWithParam<int> {
 };
 
 // Round-off of sums over 80 nodes relative to the result; measured at most 3e-15.
-constexpr double kRoundOff = 1e-12;
+constexpr double kSumRoundOff = 1e-12;
 
 /// `scale`: size of the terms whose sum b is (a single mode has D = 0, a sum of cancelling terms).
 void expect_close(const MatX& a, const MatX& b, double scale) {
   ASSERT_EQ(a.rows(), b.rows());
   ASSERT_EQ(a.cols(), b.cols());
-  EXPECT_LE((a - b).norm(), kRoundOff * scale);
+  EXPECT_LE((a - b).norm(), kSumRoundOff * scale);
 }
 void expect_close(const MatX& a, const MatX& b) { expect_close(a, b, b.norm()); }
 
 TEST_P(Integrals, GiveTheGeneralisedMassOfTheParticles) {
   const Dense d = dense(synthetic, body);
   const ConfigurationTerms t = configuration_terms(body, here(), ModalMass::kExact);
-  EXPECT_NEAR(t.mass, d.M_rigid(0, 0), kRoundOff * t.mass);
+  EXPECT_NEAR(t.mass, d.M_rigid(0, 0), kSumRoundOff * t.mass);
   expect_close(t.inertia, d.M_rigid.bottomRightCorner<3, 3>());
   expect_close(t.inertia_inverse * t.inertia, Mat3::Identity());
   expect_close(t.D, (d.J.transpose() * d.M * d.RS).bottomRows<3>(), t.inertia.norm());
@@ -112,10 +112,10 @@ TEST_P(Integrals, GiveMomentaAndKineticEnergyOfTheParticles) {
   const VecX v = d.J * d.M_rigid.ldlt().solve(momentum) + d.B * body.q_dot;
   expect_close(d.J.transpose() * d.M * v, momentum);
   const double energy = 0.5 * v.dot(d.M * v);
-  EXPECT_NEAR(kinetic_energy(body), energy, kRoundOff * energy);
+  EXPECT_NEAR(kinetic_energy(body), energy, kSumRoundOff * energy);
   EXPECT_NEAR(elastic_energy(body),
               0.5 * body.q.cwiseAbs2().dot(synthetic.archetype->omega2.head(body.r)),
-              kRoundOff * (1e-300 + elastic_energy(body)));
+              kSumRoundOff * (1e-300 + elastic_energy(body)));
 
   // velocities of the surface are those of its nodes
   const ConfigurationTerms t = configuration_terms(body, here(), ModalMass::kExact);

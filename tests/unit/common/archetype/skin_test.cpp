@@ -15,7 +15,7 @@
 namespace archetide {
 namespace {
 
-std::string scratch(const std::string& name) {
+std::string skin_scratch(const std::string& name) {
   return fmt::format("{}skin_{}_{}", testing::TempDir(), ::getpid(), name);
 }
 
@@ -42,7 +42,7 @@ std::string failure(const std::string& path) {
 }
 
 TEST(SkinFile, ReadsWhatWasWrittenByteForByteTheSame) {
-  const std::string a = scratch("a.h5"), b = scratch("b.h5");
+  const std::string a = skin_scratch("a.h5"), b = skin_scratch("b.h5");
   const std::string hash = write_skin(a, sample());
   write_skin(b, sample());
   EXPECT_EQ(read_whole_file(a), read_whole_file(b));
@@ -63,7 +63,7 @@ TEST(SkinFile, ReadsWhatWasWrittenByteForByteTheSame) {
 }
 
 TEST(SkinFile, ASkinIsNoBodyAndADamagedOneNoSkin) {
-  const std::string path = scratch("c.h5");
+  const std::string path = skin_scratch("c.h5");
   write_skin(path, sample());
   try {
     read_archetype(path);
@@ -80,7 +80,7 @@ TEST(SkinFile, ASkinIsNoBodyAndADamagedOneNoSkin) {
   write_file_atomically(path, bytes);
   EXPECT_NE(failure(path).find("do not match their content_hash"), std::string::npos)
       << failure(path);
-  EXPECT_NE(failure(scratch("none.h5")).find("none.h5"), std::string::npos);
+  EXPECT_NE(failure(skin_scratch("none.h5")).find("none.h5"), std::string::npos);
   std::filesystem::remove(path);
 }
 

@@ -18,8 +18,6 @@
 namespace archetide {
 namespace {
 
-const Material kRubber{.density = 1000.0, .young = 1e6, .poisson = 0.3};
-
 /// A square bar whose mesh is its own mirror image under x <-> y: bending modes come in exact
 /// pairs.
 TetMesh symmetric_bar() {

@@ -14,8 +14,6 @@
 namespace archetide {
 namespace {
 
-const Material kRubber{.density = 1000.0, .young = 1e6, .poisson = 0.3};
-
 TetMesh bar(int order) {
   TetMesh mesh = shapes::tet_box(3, 2, 2, 0.1);
   if (order == 2) mesh = with_middle_nodes(mesh);

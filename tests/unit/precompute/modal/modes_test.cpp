@@ -18,8 +18,6 @@
 namespace archetide {
 namespace {
 
-const Material kRubber{.density = 1000.0, .young = 1e6, .poisson = 0.3};
-
 /// Exact x = omega a / sqrt(mu / rho) of the free elastic sphere, nu = 0.3 (Lamb): torsional T,
 /// spheroidal S.
 struct Multiplet {

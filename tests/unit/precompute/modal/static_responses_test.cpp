@@ -16,8 +16,6 @@
 namespace archetide {
 namespace {
 
-const Material kRubber{.density = 1000.0, .young = 1e6, .poisson = 0.3};
-
 TetMesh ball(int target) {
   TetrahedralizeOptions options;
   options.target = target;
