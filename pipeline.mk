@@ -12,10 +12,10 @@ OUT ?= $(ARCHETIDE_ROOT)out
 SETS ?=
 # Extra options of `archetide-sim render`.
 RENDER ?=
-# Compile jobs and tests side by side (a core and 2 GiB of free memory each), and threads of a run (empty: all cores, shared
+# Compile jobs and tests side by side (a core and 3 GiB of free memory each), and threads of a run (empty: all cores, shared
 # among the jobs of `make -j`).
 ifeq ($(origin JOBS),undefined)
-JOBS := $(shell n=$$(nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 2097152)}' /proc/meminfo); \
+JOBS := $(shell n=$$(nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 3145728)}' /proc/meminfo); \
   [ "$$m" -ge "$$n" ] || n=$$m; echo $$(( n > 1 ? n : 1 )))
 endif
 THREADS ?=
