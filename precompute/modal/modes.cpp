@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <sstream>
 
 #include "common/archetype/mode_cluster.h"
 #include "common/base/check.h"

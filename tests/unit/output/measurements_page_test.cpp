@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/holds.h"
+
 namespace archetide {
 namespace {
 
@@ -16,10 +18,6 @@ Measurements sample() {
       {"ball", "mass", "8 cells", "0.5", "0.4", "0.25", "0.1", "2", "1", "0", "0", "", "p0", "A"},
       {"cube", "a|b", "", "1", "0", "1", "0.1", "", "", "0", "0", "coarse", "p1", "B"}};
   return m;
-}
-
-bool holds(const std::string& page, const std::string& text) {
-  return page.find(text) != std::string::npos;
 }
 
 TEST(MeasurementsPage, NamesMachineDateAndCommit) {

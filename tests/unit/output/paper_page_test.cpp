@@ -8,6 +8,7 @@
 #include "common/base/input_error.h"
 #include "common/files/atomic_file.h"
 #include "runtime/output/csv.h"
+#include "tests/support/holds.h"
 #include "tests/unit/output/scratch_folder.h"
 
 namespace archetide {
@@ -121,10 +122,6 @@ class PaperPage : public testing::Test {
   const ScratchFolder folder_;
 };
 
-bool has_part(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(PaperPage, FiguresAreThoseOfTheTables) {
   run("tub", kExitDone);
   const PaperFigures f = read("tub").figures;
@@ -166,31 +163,30 @@ TEST_F(PaperPage, SaysHowEachRunEnded) {
   EXPECT_EQ(read("going").state, PaperState::kUnfinished);
   const std::string page =
       paper_page({read("none"), read("stopped"), read("failed"), read("refused")}, false);
-  EXPECT_TRUE(has_part(page, "not run"));
-  EXPECT_TRUE(has_part(page, "not finished: 0.20 of 0.20 s"));
-  EXPECT_TRUE(has_part(page, "failed: the energy is no longer finite"));
-  EXPECT_TRUE(has_part(page, "failed: torus.h5: no such file"));
-  EXPECT_TRUE(has_part(page, "a &lt;ring&gt;"));
-  EXPECT_FALSE(has_part(page, ">nan"));
+  EXPECT_TRUE(holds(page, "not run"));
+  EXPECT_TRUE(holds(page, "not finished: 0.20 of 0.20 s"));
+  EXPECT_TRUE(holds(page, "failed: the energy is no longer finite"));
+  EXPECT_TRUE(holds(page, "failed: torus.h5: no such file"));
+  EXPECT_TRUE(holds(page, "a &lt;ring&gt;"));
+  EXPECT_FALSE(holds(page, ">nan"));
 }
 
 TEST_F(PaperPage, MissesAreShownAsMisses) {
   run("tub", kExitDone);
   const std::string missed = paper_table({read("tub", 3.0)}, false);
-  EXPECT_TRUE(
-      has_part(missed, "| 4 | tub | 2 × 2 × 2 | **4.00 (goal 3.00)** | 5.00 | 15.0 | 6.0 |"))
+  EXPECT_TRUE(holds(missed, "| 4 | tub | 2 × 2 × 2 | **4.00 (goal 3.00)** | 5.00 | 15.0 | 6.0 |"))
       << missed;
-  EXPECT_TRUE(has_part(missed, "| **2.000 % (goal 0.100 %)** |")) << missed;
-  EXPECT_TRUE(has_part(missed, "| **0.60 (goal 0.50)** | 0.20 |")) << missed;
-  EXPECT_TRUE(has_part(missed, "In all 0:07 of wall time.")) << missed;
-  EXPECT_TRUE(has_part(paper_table({read("tub", 4.0)}, false), "| 4.00 |"));
-  EXPECT_TRUE(has_part(paper_table({read("tub", 3.0)}, true), "| 4.00 |"));  // coarse: no goal
+  EXPECT_TRUE(holds(missed, "| **2.000 % (goal 0.100 %)** |")) << missed;
+  EXPECT_TRUE(holds(missed, "| **0.60 (goal 0.50)** | 0.20 |")) << missed;
+  EXPECT_TRUE(holds(missed, "In all 0:07 of wall time.")) << missed;
+  EXPECT_TRUE(holds(paper_table({read("tub", 4.0)}, false), "| 4.00 |"));
+  EXPECT_TRUE(holds(paper_table({read("tub", 3.0)}, true), "| 4.00 |"));  // coarse: no goal
 }
 
 TEST_F(PaperPage, ShowsThePapersMethodBesideOurs) {
   run("tub", kExitDone), run("tub_paper", kExitDone);
-  EXPECT_TRUE(has_part(paper_page({read("tub"), read("tub_paper")}, false), "beside ours: tub<"));
-  EXPECT_FALSE(has_part(paper_page({read("tub"), read("none")}, false), "beside ours"));
+  EXPECT_TRUE(holds(paper_page({read("tub"), read("tub_paper")}, false), "beside ours: tub<"));
+  EXPECT_FALSE(holds(paper_page({read("tub"), read("none")}, false), "beside ours"));
 }
 
 TEST_F(PaperPage, ScenesThatAreNoneAreRefusedByLine) {
@@ -209,7 +205,7 @@ TEST_F(PaperPage, ScenesThatAreNoneAreRefusedByLine) {
       read_paper_scenes(list);
       ADD_FAILURE() << line;
     } catch (const InputError& e) {
-      EXPECT_TRUE(has_part(e.what(), "scenes.txt:2: ")) << e.what();
+      EXPECT_TRUE(holds(e.what(), "scenes.txt:2: ")) << e.what();
     }
   }
 }

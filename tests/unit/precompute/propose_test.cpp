@@ -7,16 +7,13 @@
 
 #include "precompute/inspect/inspect.h"
 #include "precompute_test_meshes.h"
+#include "tests/support/holds.h"
 
 namespace archetide {
 namespace {
 
 using testing_meshes::as_off;
 using testing_meshes::ScratchFolder;
-
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 Proposal proposed(const ScratchFolder& folder, const std::string& name, const TriMesh& mesh,
                   double scale, double density = 500.0) {

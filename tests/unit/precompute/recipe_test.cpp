@@ -4,6 +4,7 @@
 
 #include "common/base/input_error.h"
 #include "precompute_test_meshes.h"
+#include "tests/support/holds.h"
 
 namespace archetide {
 namespace {
@@ -23,10 +24,6 @@ std::string refusal(const std::string& text) {
     return error.what();
   }
   return "";
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(Recipe, ReadsAllKeys) {
@@ -74,19 +71,19 @@ TEST(Recipe, ReportsAllMistakesAtOnceWithTheirPlaces) {
   const std::string text = refusal(
       "schema = 1\nmesh = 3\nscael = 2.0\n"
       "material = { density = -1.0, young = 5e4, poisson = 0.5 }\nmodes = { count = 2.5 }\n");
-  EXPECT_TRUE(has(text, "duck.body.toml:2:8: error: mesh")) << text;
-  EXPECT_TRUE(has(text, "duck.body.toml:3:1: error: unknown key 'scael'")) << text;
-  EXPECT_TRUE(has(text, "did you mean 'scale'?")) << text;
-  EXPECT_TRUE(has(text, "material.density: -1 is out of range")) << text;
-  EXPECT_TRUE(has(text, "material.poisson: 0.5 is out of range")) << text;
-  EXPECT_TRUE(has(text, "modes.count")) << text;
+  EXPECT_TRUE(holds(text, "duck.body.toml:2:8: error: mesh")) << text;
+  EXPECT_TRUE(holds(text, "duck.body.toml:3:1: error: unknown key 'scael'")) << text;
+  EXPECT_TRUE(holds(text, "did you mean 'scale'?")) << text;
+  EXPECT_TRUE(holds(text, "material.density: -1 is out of range")) << text;
+  EXPECT_TRUE(holds(text, "material.poisson: 0.5 is out of range")) << text;
+  EXPECT_TRUE(holds(text, "modes.count")) << text;
 }
 
 TEST(Recipe, DemandsSchemaMeshAndMaterial) {
   const std::string text = refusal("scale = 1.0\n");
-  EXPECT_TRUE(has(text, "schema")) << text;
-  EXPECT_TRUE(has(text, "mesh")) << text;
-  EXPECT_TRUE(has(text, "material")) << text;
+  EXPECT_TRUE(holds(text, "schema")) << text;
+  EXPECT_TRUE(holds(text, "mesh")) << text;
+  EXPECT_TRUE(holds(text, "material")) << text;
 }
 
 constexpr char kParts[] =
@@ -115,22 +112,22 @@ TEST(Recipe, ReadsRegionsPointSetsFramesAndLoads) {
 
 TEST(Recipe, RefusesWhatDoesNotGoTogether) {
   const auto with = [](const std::string& more) { return refusal(kParts + more); };
-  EXPECT_TRUE(has(with("mass = \"lumped\"\n"), "quadratic tets have no lumped mass"));
-  EXPECT_TRUE(has(with("clamped = \"foot\"\n"), "there is no point set \"foot\""));
-  EXPECT_TRUE(has(with("modes = { static = [\"presure\"] }\n"), "no point set \"presure\""));
-  EXPECT_TRUE(has(with("modes = { count = \"full\", static = [\"gravity\"] }\n"),
-                  "a complete basis answers every load already"));
-  EXPECT_TRUE(has(with("clamped = \"p\"\nmodes = { count = \"full\" }\n[[points]]\n"
-                       "name = \"p\"\nlist = [[0, 0, 0]]\n"),
-                  "modes.count = \"full\" is of a free body"));
-  EXPECT_TRUE(has(with("clamped = \"p\"\nmodes = { static = [\"gravity\"] }\n[[points]]\n"
-                       "name = \"p\"\nlist = [[0, 0, 0]]\n"),
-                  "static responses are those of a free body"));
-  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\n"), "needs one of box"));
-  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\nradius = 1\n"), "both center and radius"));
-  EXPECT_TRUE(has(with("[[points]]\nname = \"p\"\nbox = [[0, 0, 0]]\n"), "two corners"));
-  EXPECT_TRUE(has(with("[[joint_frame]]\nname = \"j\"\npoint = [0, 0, 0]\nx = [0, 0, 1]\n"),
-                  "two different directions"));
+  EXPECT_TRUE(holds(with("mass = \"lumped\"\n"), "quadratic tets have no lumped mass"));
+  EXPECT_TRUE(holds(with("clamped = \"foot\"\n"), "there is no point set \"foot\""));
+  EXPECT_TRUE(holds(with("modes = { static = [\"presure\"] }\n"), "no point set \"presure\""));
+  EXPECT_TRUE(holds(with("modes = { count = \"full\", static = [\"gravity\"] }\n"),
+                    "a complete basis answers every load already"));
+  EXPECT_TRUE(holds(with("clamped = \"p\"\nmodes = { count = \"full\" }\n[[points]]\n"
+                         "name = \"p\"\nlist = [[0, 0, 0]]\n"),
+                    "modes.count = \"full\" is of a free body"));
+  EXPECT_TRUE(holds(with("clamped = \"p\"\nmodes = { static = [\"gravity\"] }\n[[points]]\n"
+                         "name = \"p\"\nlist = [[0, 0, 0]]\n"),
+                    "static responses are those of a free body"));
+  EXPECT_TRUE(holds(with("[[points]]\nname = \"p\"\n"), "needs one of box"));
+  EXPECT_TRUE(holds(with("[[points]]\nname = \"p\"\nradius = 1\n"), "both center and radius"));
+  EXPECT_TRUE(holds(with("[[points]]\nname = \"p\"\nbox = [[0, 0, 0]]\n"), "two corners"));
+  EXPECT_TRUE(holds(with("[[joint_frame]]\nname = \"j\"\npoint = [0, 0, 0]\nx = [0, 0, 1]\n"),
+                    "two different directions"));
 }
 
 TEST(Recipe, AMissingBodyFileIsAFileError) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "common/base/input_error.h"
+#include "tests/support/holds.h"
 #include "tests/unit/precompute/precompute_test_meshes.h"
 
 namespace archetide {
@@ -115,10 +116,6 @@ std::string refusal(const std::string& path) {
   return "";
 }
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(SurfaceIo, ReadsIndexedFormatsToTheLastBit) {
   const ScratchFolder folder;
   const TriMesh mesh = odd_cube();
@@ -161,38 +158,39 @@ TEST(SurfaceIo, NamesTheLineOfWhatItCannotRead) {
   const auto text = [&](const std::string& name, const std::string& bytes) {
     return refusal(folder.write(name, bytes));
   };
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\nv 1 0 zero\n"),
-                  "a.obj:2: error: coordinate: expected a number, found \"zero\""));
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\nv 1 0\n"), "a.obj:2: error: coordinate"));
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\nf 1 0 1\n"), "a.obj:2: error: face corner"));
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\nf 1 1\n"), "a.obj:2: error: a face with 2 corners"));
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), "face 1 names vertex 4"));
-  EXPECT_TRUE(has(text("a.obj", "v 0 0 0\n"), "no faces in this file"));
-  EXPECT_TRUE(has(text("a.obj", ""), "no faces in this file"));
-  EXPECT_TRUE(has(text("a.off", "PFF\n1 1 0\n"), "a.off:1: error: not an OFF file"));
+  EXPECT_TRUE(holds(text("a.obj", "v 0 0 0\nv 1 0 zero\n"),
+                    "a.obj:2: error: coordinate: expected a number, found \"zero\""));
+  EXPECT_TRUE(holds(text("a.obj", "v 0 0 0\nv 1 0\n"), "a.obj:2: error: coordinate"));
+  EXPECT_TRUE(holds(text("a.obj", "v 0 0 0\nf 1 0 1\n"), "a.obj:2: error: face corner"));
+  EXPECT_TRUE(holds(text("a.obj", "v 0 0 0\nf 1 1\n"), "a.obj:2: error: a face with 2 corners"));
   EXPECT_TRUE(
-      has(text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n"), "the file ends before vertex 3 of 3"));
+      holds(text("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), "face 1 names vertex 4"));
+  EXPECT_TRUE(holds(text("a.obj", "v 0 0 0\n"), "no faces in this file"));
+  EXPECT_TRUE(holds(text("a.obj", ""), "no faces in this file"));
+  EXPECT_TRUE(holds(text("a.off", "PFF\n1 1 0\n"), "a.off:1: error: not an OFF file"));
   EXPECT_TRUE(
-      has(text("a.off", "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "face 1 names vertex 0"));
-  EXPECT_TRUE(has(text("a.ply", "plx\n"), "not a PLY file"));
-  EXPECT_TRUE(has(text("a.ply", "ply\nformat ascii 1.0\nelement vertex x\n"),
-                  "a.ply:3: error: number of elements"));
-  EXPECT_TRUE(has(
+      holds(text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n"), "the file ends before vertex 3 of 3"));
+  EXPECT_TRUE(
+      holds(text("a.off", "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "face 1 names vertex 0"));
+  EXPECT_TRUE(holds(text("a.ply", "plx\n"), "not a PLY file"));
+  EXPECT_TRUE(holds(text("a.ply", "ply\nformat ascii 1.0\nelement vertex x\n"),
+                    "a.ply:3: error: number of elements"));
+  EXPECT_TRUE(holds(
       text("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n"),
       "element vertex no x, y and z"));
-  EXPECT_TRUE(has(text("a.stl", "solid a\nfacet\nvertex 0 0 0\nendfacet\n"),
-                  "a.stl:4: error: a facet with 1 corners"));
-  EXPECT_TRUE(has(text("a.xyz", "1 2 3"), "unknown kind of surface file"));
+  EXPECT_TRUE(holds(text("a.stl", "solid a\nfacet\nvertex 0 0 0\nendfacet\n"),
+                    "a.stl:4: error: a facet with 1 corners"));
+  EXPECT_TRUE(holds(text("a.xyz", "1 2 3"), "unknown kind of surface file"));
 }
 
 TEST(SurfaceIo, RefusesTruncatedBinaryFiles) {
   const ScratchFolder folder;
   const std::string stl = as_stl(cube(), true), ply = as_ply(cube(), Ply::kLittle);
   for (const std::size_t lost : {1u, 7u, 50u, 300u}) {
-    EXPECT_TRUE(has(refusal(folder.write("cut.stl", stl.substr(0, stl.size() - lost))), "STL"))
+    EXPECT_TRUE(holds(refusal(folder.write("cut.stl", stl.substr(0, stl.size() - lost))), "STL"))
         << lost;
     EXPECT_TRUE(
-        has(refusal(folder.write("cut.ply", ply.substr(0, ply.size() - lost))), "truncated at"))
+        holds(refusal(folder.write("cut.ply", ply.substr(0, ply.size() - lost))), "truncated at"))
         << lost;
   }
 }

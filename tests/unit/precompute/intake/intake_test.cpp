@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "precompute/base/defects.h"
+#include "tests/support/holds.h"
 #include "tests/unit/precompute/precompute_test_meshes.h"
 
 namespace archetide {
@@ -28,10 +29,6 @@ std::string refusal(const SurfaceFile& file) {
   return "";
 }
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(Intake, AcceptsACleanCubeUnchangedButScaled) {
   IntakeReport report;
   const TriMesh mesh = accept_surface(as_file(cube()), 0.5, report);
@@ -47,23 +44,23 @@ TEST(Intake, RefusesAnOpenSurfaceNamingFacesAndPlaces) {
   TriMesh open = cube();
   open.triangles.erase(open.triangles.begin() + 3);  // face 4: (5, 7, 6)
   const std::string text = refusal(as_file(open));
-  EXPECT_TRUE(has(text, "shape.obj: error: the surface is open: 3 boundary edges")) << text;
-  EXPECT_TRUE(has(text, "face 3")) << text;  // across (5, 6)
-  EXPECT_TRUE(has(text, "(1, 0, 1)")) << text;
-  EXPECT_TRUE(has(text, "fill the holes")) << text;
+  EXPECT_TRUE(holds(text, "shape.obj: error: the surface is open: 3 boundary edges")) << text;
+  EXPECT_TRUE(holds(text, "face 3")) << text;  // across (5, 6)
+  EXPECT_TRUE(holds(text, "(1, 0, 1)")) << text;
+  EXPECT_TRUE(holds(text, "fill the holes")) << text;
 }
 
 TEST(Intake, RefusesANonManifoldEdge) {
   // Two cubes that share the edge from (1,1,0) to (1,1,1): four faces there.
   const std::string text = refusal(as_file(joined(cube(), cube(Vec3(1, 1, 0)))));
-  EXPECT_TRUE(has(text, "1 non-manifold edge with more than two faces")) << text;
-  EXPECT_TRUE(has(text, "(1, 1, 0) - (1, 1, 1)")) << text;
+  EXPECT_TRUE(holds(text, "1 non-manifold edge with more than two faces")) << text;
+  EXPECT_TRUE(holds(text, "(1, 1, 0) - (1, 1, 1)")) << text;
 }
 
 TEST(Intake, RefusesANonManifoldVertex) {
   const std::string text = refusal(as_file(joined(cube(), cube(Vec3(1, 1, 1)))));
-  EXPECT_TRUE(has(text, "1 non-manifold vertex")) << text;
-  EXPECT_TRUE(has(text, "(1, 1, 1)")) << text;
+  EXPECT_TRUE(holds(text, "1 non-manifold vertex")) << text;
+  EXPECT_TRUE(holds(text, "(1, 1, 1)")) << text;
 }
 
 TEST(Intake, RefusesASurfaceThatIntersectsItself) {
@@ -71,21 +68,21 @@ TEST(Intake, RefusesASurfaceThatIntersectsItself) {
   TriMesh mesh = shapes::sphere(1.0, 2);
   mesh.vertices[4] *= -3.0;
   const std::string text = refusal(as_file(mesh));
-  EXPECT_TRUE(has(text, "the surface intersects itself")) << text;
-  EXPECT_TRUE(has(text, " and face ")) << text;
+  EXPECT_TRUE(holds(text, "the surface intersects itself")) << text;
+  EXPECT_TRUE(holds(text, " and face ")) << text;
 }
 
 TEST(Intake, RefusesSeparateShellsAndThoseThatLieInsideFacingTheSameWay) {
   const std::string apart = refusal(as_file(joined(cube(), cube(Vec3(3, 0, 0)))));
-  EXPECT_TRUE(has(apart, "2 separate shells: ")) << apart;
-  EXPECT_TRUE(has(apart, "shell 2 of 12 triangles from face 13 at (3, 0, 0)")) << apart;
-  EXPECT_FALSE(has(apart, "inside")) << apart;
+  EXPECT_TRUE(holds(apart, "2 separate shells: ")) << apart;
+  EXPECT_TRUE(holds(apart, "shell 2 of 12 triangles from face 13 at (3, 0, 0)")) << apart;
+  EXPECT_FALSE(holds(apart, "inside")) << apart;
   const std::string nested = refusal(as_file(joined(cube(), cube(Vec3(0.25, 0.25, 0.25), 0.5))));
-  EXPECT_TRUE(has(nested, "1 shell lies inside another one and face the same way")) << nested;
-  EXPECT_TRUE(has(nested, "inside shell 1")) << nested;
+  EXPECT_TRUE(holds(nested, "1 shell lies inside another one and face the same way")) << nested;
+  EXPECT_TRUE(holds(nested, "inside shell 1")) << nested;
   TriMesh three = joined(cube(), turned(cube(Vec3(0.25, 0.25, 0.25), 0.5)));
   const std::string loose = refusal(as_file(joined(three, cube(Vec3(0.4, 0.4, 0.4), 0.2))));
-  EXPECT_TRUE(has(loose, "1 shell lies inside a cavity: shell 3 of 12 triangles")) << loose;
+  EXPECT_TRUE(holds(loose, "1 shell lies inside a cavity: shell 3 of 12 triangles")) << loose;
 }
 
 TEST(Intake, KeepsCavitiesWhicheverWayTheWholeSurfaceFaces) {
@@ -121,24 +118,24 @@ TEST(Intake, RefusesCoordinatesThatAreNotNumbers) {
   TriMesh mesh = cube();
   mesh.vertices[6][1] = std::numeric_limits<double>::quiet_NaN();
   const std::string text = refusal(as_file(mesh));
-  EXPECT_TRUE(has(text, "1 vertex with a coordinate that is not a number: vertex 7")) << text;
+  EXPECT_TRUE(holds(text, "1 vertex with a coordinate that is not a number: vertex 7")) << text;
 }
 
 TEST(Intake, RefusesASurfaceWithoutVolume) {
   TriMesh flat = cube();
   for (Vec3& x : flat.vertices) x[2] *= 1e-9;
-  EXPECT_TRUE(has(refusal(as_file(flat)), "encloses no volume")) << refusal(as_file(flat));
+  EXPECT_TRUE(holds(refusal(as_file(flat)), "encloses no volume")) << refusal(as_file(flat));
 }
 
 TEST(Intake, RefusesDegenerateAndDuplicateFaces) {
   TriMesh mesh = cube();
   mesh.vertices.push_back(Vec3(0.5, 0.5, 0.5));
   mesh.triangles.push_back({0, 8, 7});  // on the diagonal
-  EXPECT_TRUE(has(refusal(as_file(mesh)),
-                  "1 degenerate face without area (three corners in a line): face 13"))
+  EXPECT_TRUE(holds(refusal(as_file(mesh)),
+                    "1 degenerate face without area (three corners in a line): face 13"))
       << refusal(as_file(mesh));
   mesh.triangles.back() = mesh.triangles[4].reverse();
-  EXPECT_TRUE(has(refusal(as_file(mesh)), "1 duplicate face: face 13")) << refusal(as_file(mesh));
+  EXPECT_TRUE(holds(refusal(as_file(mesh)), "1 duplicate face: face 13")) << refusal(as_file(mesh));
 }
 
 TEST(Intake, TurnsAnInwardSurfaceOutwardAndReportsIt) {
@@ -190,7 +187,7 @@ TEST(Intake, NamesAtMostFiveDefectsOfAKindButCountsAll) {
   }
   open.triangles = kept;
   const std::string text = refusal(as_file(open));
-  EXPECT_TRUE(has(text, "960 boundary edges")) << text;
+  EXPECT_TRUE(holds(text, "960 boundary edges")) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), ';'), 6) << text;  // one in the hint
 }
 
@@ -207,9 +204,9 @@ TEST(Intake, ManyFacesOnTopOfEachOtherAreRefusedWithoutCheckingEveryPair) {
   const long most = most_candidates(pile.triangles.size());
   EXPECT_EQ(crowd(pile, most).pairs, most + 1);  // it stopped there
   const std::string text = refusal(as_file(pile));
-  EXPECT_TRUE(has(text, "pairs of faces may intersect, too many to check")) << text;
-  EXPECT_TRUE(has(text, "face 1 at") || has(text, "; face ")) << text;
-  EXPECT_TRUE(has(text, "set repair = \"wrap\"")) << text;
+  EXPECT_TRUE(holds(text, "pairs of faces may intersect, too many to check")) << text;
+  EXPECT_TRUE(holds(text, "face 1 at") || holds(text, "; face ")) << text;
+  EXPECT_TRUE(holds(text, "set repair = \"wrap\"")) << text;
   // A tidy mesh stays far below.
   EXPECT_LT(crowd(shapes::sphere(1.0, 4), most).pairs, 25 * 5120);
 }
