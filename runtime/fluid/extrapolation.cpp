@@ -1,6 +1,7 @@
 #include "runtime/fluid/extrapolation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -161,6 +162,21 @@ void zero_invalid(Array3<double>& f, const Mask& valid) {
   }
 }
 
+// `value` of solid cell n as far as the open cells beside it allow, from whose distance its own
+// differs by at most dx (and a half, or round-off beside a plane surface would take part). Lines
+// from elsewhere, continued through a body, came out at its underside as air in the open part of a
+// cell amid deep water, which then fell in [D68].
+double as_open_cells_allow(const Array3<double>& phi, const Mask& solid, int n, double dx,
+                           double value) {
+  constexpr double kApart = 1.5;
+  double low = -INFINITY, high = INFINITY;
+  for_each_neighbour(solid, unravel(solid, n), n, [&](int, int, int m) {
+    if (solid[m]) return;
+    low = std::max(low, phi[m] - kApart * dx), high = std::min(high, phi[m] + kApart * dx);
+  });
+  return std::clamp(value, std::min(low, high), std::max(low, high));  // reversed: a thin body
+}
+
 // How far the slope of the line through `near` and `far` is used: near the interface, or
 // where the line runs along it. Deep water beside a body must not grow an interface inside the body
 // out of a slope (a bubble that once stuck to a sphere's underside fed itself so, and ate 1 % of
@@ -180,22 +196,24 @@ double line_extension(const Array3<double>& phi, const Mask& valid, int n, int l
   const int size[3] = {phi.nx(), phi.ny(), phi.nz()};
   const Ijk c = unravel(phi, n);
   const int at[3] = {c.i, c.j, c.k};
-  double lines = 0.0, points = 0.0, best_trust = 0.0;
+  std::array<double, 3> lines = {}, points = {};  // by axis: mirror images have equal sums
+  double best_trust = 0.0;
   int line_count = 0, point_count = 0;
   for_each_neighbour(valid, c, n, [&](int axis, int side, int m) {
     if (!known(valid, m, layer)) return;
-    points += phi[m], ++point_count;
+    points[axis] += phi[m], ++point_count;
     const int beyond = at[axis] + 2 * side, mm = n + 2 * side * stride[axis];
     if (beyond < 0 || beyond >= size[axis] || !known(valid, mm, layer)) return;
     if (std::abs(phi[m]) >= band || std::abs(phi[mm]) >= band) return;
     const double slope = std::clamp(phi[m] - phi[mm], -dx, dx),
                  trust = slope_trust(phi[m], slope, dx);
     if (trust < best_trust) return;
-    if (trust == 1.0 && best_trust < 1.0) lines = 0.0, line_count = 0, best_trust = 1.0;
-    lines += phi[m] + trust * slope, ++line_count;
+    if (trust == 1.0 && best_trust < 1.0) lines = {}, line_count = 0, best_trust = 1.0;
+    lines[axis] += phi[m] + trust * slope, ++line_count;
   });
-  if (line_count) return std::clamp(lines / line_count, -band, band);
-  const double mean = points / point_count;
+  const auto sum = [](const std::array<double, 3>& of) { return of[0] + of[1] + of[2]; };
+  if (line_count) return std::clamp(sum(lines) / line_count, -band, band);
+  const double mean = sum(points) / point_count;
   return std::abs(phi[n] - mean) <= 1.5 * dx && (phi[n] < 0) == (mean < 0) ? phi[n] : mean;
 }
 
@@ -247,7 +265,7 @@ double trusted_lines(const Array3<double>& phi, const Mask& valid, int n, double
 
 Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int layers) {
   constexpr double kReach = 2.5;  // dx, from the surface: the cells that say where it is
-  constexpr int kRead = 4;  // cells from a solid to the farthest that reads it, and one more
+  constexpr int kRead = 4;        // cells from a solid to the farthest that reads it, and one more
   Mask sheet;
   if (solid.size() == 0) return sheet;
   const std::vector<char> near = rows_near_solids(solid, kRead);
@@ -276,7 +294,8 @@ Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int
         left.push_back(n);
         continue;
       }
-      phi[n] = unless_rounding(phi[n], values[t], kUnchanged * g.dx);
+      const double value = as_open_cells_allow(phi, solid, n, g.dx, values[t]);
+      phi[n] = unless_rounding(phi[n], value, kUnchanged * g.dx);
       valid[n] = sheet[n] = 1;
       front.push_back(n);
     }
@@ -308,7 +327,8 @@ void extend_level_set(const Grid& g, Array3<double>& phi, const Mask& solid, int
   for (std::size_t n = 0; n < solid.size(); ++n)
     marks[n] = closed[n] == 0 || (seen && seen[n] != 0);
   for_each_layer(grow_layers(valid, layers), [&](int n, int layer) {
-    const double value = line_extension(phi, valid, n, layer, g.dx, band);
+    const double value =
+        as_open_cells_allow(phi, solid, n, g.dx, line_extension(phi, valid, n, layer, g.dx, band));
     phi[n] = unless_rounding(phi[n], value, kUnchanged * g.dx);
   });
 }

@@ -41,6 +41,47 @@ TEST(Surface, FlatWaterAtRestIsUntouchedBitForBit) {
   }
 }
 
+// A beam lies in water whose surface falls steeply to its left side and stands level at its right.
+// The sheet from the left leaves the beam at its underside; the water under it is there all the same.
+// (Air in the open part of a cell amid deep water is filled with a jet within the step.)
+TEST(Surface, SteepSurfaceBesideABodyPutsNoAirUnderIt) {
+  const Grid g = unit_grid(40, 4, 40, 0.025);
+  const Vec3 low(0.4, 0.0, 0.45), high(0.6, 0.1, 0.65);
+  const Vec3 left(low[0], 0.0, 0.525), right(high[0], 0.0, 0.6);  // where the surface meets it
+  const Vec3 normal = Vec3(1.5, 0.0, 1.0).normalized();
+  const auto apart = [](const Vec3& x, const Vec3& line) {
+    return std::hypot(x[0] - line[0], x[2] - line[2]);
+  };
+  FluidState s;
+  s.phi = sample_cells(g, [&](const Vec3& x) {
+    if (x[0] < low[0]) return normal.dot(x - left);
+    if (x[0] > high[0]) return x[2] - right[2];
+    const double nearest = std::min(apart(x, left), apart(x, right));
+    return x[2] > high[2] ? nearest : -nearest;
+  });
+  s.u = MacField(g, 0.0);
+  Array3<unsigned char> solid(40, 4, 40, 0);
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 40; ++i) {
+        const Vec3 x = g.cell_centre(i, j, k);
+        solid(i, j, k) = x[0] > low[0] && x[0] < high[0] && x[2] > low[2] && x[2] < high[2];
+      }
+  prepare_surface(g, s, SurfaceOptions(), solid);
+  int beside_water = 0, beside_air = 0;
+  for (int k = 1; k < 39; ++k)
+    for (int i = 1; i < 39; ++i)
+      for (const int side : {-1, 1}) {
+        if (!solid(i, 2, k) || solid(i, 2, k + side)) continue;
+        const double open = s.phi(i, 2, k + side);
+        if (std::abs(open) <= g.dx) continue;
+        EXPECT_EQ(s.phi(i, 2, k) < 0.0, open < 0.0) << i << " " << k;
+        ++(open < 0.0 ? beside_water : beside_air);
+      }
+  EXPECT_EQ(beside_water, 8);  // the whole underside
+  EXPECT_EQ(beside_air, 8);
+}
+
 // A ring lies across still water; what is left inside it from before says that it is full of air.
 // The surface goes through it as the plane that it is outside, and is measured through it.
 TEST(Surface, GoesOnThroughABodyAsThePlaneOutside) {
