@@ -39,7 +39,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% long new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -51,7 +51,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread long demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -78,9 +78,10 @@ deps:
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q update && \
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends $$missing
 
+# What a new build folder $(1) is given: several files compiled as one, by ninja where it is installed.
+archetide_new_folder = new=; [ -f '$(1)/CMakeCache.txt' ] || { new=-DARCHETIDE_UNITY=ON; ! command -v ninja >/dev/null || new="$$new -GNinja"; }
 define archetide_compile
-@mkdir -p '$(BUILD)'; new=; \
-[ -f '$(BUILD)/CMakeCache.txt' ] || { new=-DARCHETIDE_UNITY=ON; ! command -v ninja >/dev/null || new="$$new -GNinja"; }; \
+@mkdir -p '$(BUILD)'; $(call archetide_new_folder,$(BUILD)); \
 cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)' $$new -DARCHETIDE_WERROR=$(WERROR) >'$(BUILD)/configure.log' 2>&1 \
   || { cat '$(BUILD)/configure.log' >&2; exit 1; }
 cmake --build '$(BUILD)' --parallel $(JOBS) $(if $(1),--target $(1))
@@ -101,7 +102,7 @@ nightly: check
 	$(ARCHETIDE_TEST_THREADS) ctest --test-dir '$(BUILD)' -L slow --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' scorecard
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' QUICK=1 paper
-	+$(ARCHETIDE_MAKE) OUT='$(OUT)' faults mutate sanitize fuzz
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' long faults mutate sanitize fuzz
 
 # ---- Attacks --------------------------------------------------------------------------------------------------------
 
@@ -112,7 +113,8 @@ SEED ?= 1
 # (address), or races (thread). $(1): which; $(2): targets.
 define archetide_compile_checked
 +$(ARCHETIDE_MAKE) deps ALSO='$(ARCHETIDE_CLANG_PACKAGES)'
-CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-$(1)' -DARCHETIDE_PRECOMPUTE=OFF \
+$(call archetide_new_folder,$(BUILD)-$(1)); \
+CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-$(1)' $$new -DARCHETIDE_PRECOMPUTE=OFF \
   -DARCHETIDE_SANITIZE=$(1) $(if $(filter address,$(1)),-DARCHETIDE_FUZZ=ON) -DARCHETIDE_NATIVE=OFF
 cmake --build '$(BUILD)-$(1)' --parallel $(JOBS) $(if $(2),--target $(2))
 endef
@@ -137,6 +139,8 @@ sanitize-address:
 	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
 	ASAN_OPTIONS=detect_leaks=0 $(call ARCHETIDE_CHECK_SCENES,address)
+	ASAN_OPTIONS=detect_leaks=0 sh '$(ARCHETIDE_ROOT)tests/sanitize/instruction_sets.sh' '$(ARCHETIDE_SIM)' \
+	  '$(BUILD)-address/bin/archetide-sim' '$(ASSETS)' '$(ARCHETYPES)' '$(OUT)/sanitize/instruction_sets'
 sanitize-thread:
 	$(call archetide_compile_checked,thread,archetide-sim $(ARCHETIDE_THREADED_TESTS))
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
@@ -144,6 +148,13 @@ sanitize-thread:
 	  OMP_TOOL_LIBRARIES="$$(clang++ -print-file-name=libarcher.so)"; \
 	for t in $(ARCHETIDE_THREADED_TESTS); do '$(BUILD)-thread/bin/'$$t --gtest_brief=1 --gtest_filter=-Slow* || exit 3; done; \
 	$(call ARCHETIDE_CHECK_SCENES,thread)
+
+# Ten minutes and one of scene time, coarsely, in which nothing may grow: OUT/long/long.md, an hour; QUICK=1: a tenth of the
+# time. SCENES='tub': only these.
+long:
+	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
+	QUICK='$(QUICK)' SCENES='$(SCENES)' THREADS='$(archetide_threads)' OMP_WAIT_POLICY=passive \
+	  sh '$(ARCHETIDE_ROOT)tests/long/run_long.sh' '$(ARCHETIDE_SIM)' '$(ASSETS)' '$(ARCHETYPES)' '$(OUT)/long'
 
 # Command lines and files with random mistakes in them: exit codes, messages, time and memory.
 mutate: deps
@@ -211,7 +222,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% long demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'

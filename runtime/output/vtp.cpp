@@ -96,7 +96,7 @@ std::vector<T> take_array(const std::string& path, const std::string& bytes,
   const std::size_t length = take_number<std::uint64_t>(bytes, at);
   if (length > bytes.size() - at) throw FileError(path + ": truncated");
   std::vector<T> values(length / sizeof(T));
-  std::memcpy(values.data(), bytes.data() + at, values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data() + at, values.size() * sizeof(T));
   return values;
 }
 

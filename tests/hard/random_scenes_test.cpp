@@ -64,9 +64,9 @@ class RandomScene {
         nearest = std::min(nearest, box_distance(x, low, high));
       return nearest;
     });
-    const auto& [low, high] = boxes_.back();  // streams, the rest is still
+    const auto& streams = boxes_.back();  // the rest is still
     const auto stream = [&](const Vec3& x) -> Vec3 {
-      return box_distance(x, low, high) < 0.0 ? stream_ : Vec3::Zero();
+      return box_distance(x, streams.first, streams.second) < 0.0 ? stream_ : Vec3::Zero();
     };
     set_velocity(options_.grid, stream, initial);
     Simulation s(options_, initial, bodies_, obstacles_, {}, joints_, skins_);

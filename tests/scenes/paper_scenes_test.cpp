@@ -14,6 +14,8 @@
 
 #include "runtime/output/csv.h"
 
+#ifdef ARCHETIDE_PRECOMPUTE_BIN
+
 namespace archetide {
 namespace {
 
@@ -134,3 +136,5 @@ INSTANTIATE_TEST_SUITE_P(
 
 }  // namespace
 }  // namespace archetide
+
+#endif
