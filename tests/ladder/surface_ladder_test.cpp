@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
+#include <memory>
 
 #include <Eigen/LU>
 
@@ -19,17 +19,14 @@ namespace {
 
 constexpr int kModes = 4;
 
-// Built once, as `archetide-precompute build` does.
-std::shared_ptr<const Archetype> asset(const std::string& name) {
-  static std::map<std::string, std::shared_ptr<const Archetype>> built;
-  std::shared_ptr<const Archetype>& a = built[name];
-  if (!a) {
-    Log log(Log::Level::kQuiet);
-    Profile profile;
-    const Recipe recipe = read_recipe(ARCHETIDE_ASSETS "/bodies/" + name + ".body.toml");
-    a = std::make_shared<Archetype>(build_archetype(recipe, log, profile));
-  }
-  return a;
+using Built = std::shared_ptr<const Archetype>;
+
+// As `archetide-precompute build` does.
+Built build_asset(const std::string& name) {
+  Log log(Log::Level::kQuiet);
+  Profile profile;
+  const Recipe recipe = read_recipe(ARCHETIDE_ASSETS "/bodies/" + name + ".body.toml");
+  return std::make_shared<Archetype>(build_archetype(recipe, log, profile));
 }
 
 double reach_of(const Archetype& a) {
@@ -40,8 +37,7 @@ double reach_of(const Archetype& a) {
 
 // The mass that a body shows in water, diagonal of H + M over its 6 + kModes motions: from what it
 // answers to momenta in the middle of a full tank with an open top. `offset`: of its centre, cells.
-VecX wet_mass(const std::shared_ptr<const Archetype>& archetype, const SurfaceRung* rung, double dx,
-              const Vec3& offset) {
+VecX wet_mass(const Built& archetype, const SurfaceRung* rung, double dx, const Vec3& offset) {
   constexpr double kShort = 1e-6;  // s: nothing acts but the water
   const int n = 2 * static_cast<int>(std::ceil(1.5 * reach_of(*archetype) / dx));
   ReducedBody body = make_body(archetype, kModes);
@@ -87,8 +83,6 @@ double volume_below(const TriMesh& surface, const Vec3& up, double level) {
   return volume;
 }
 
-class SurfaceLadder : public testing::TestWithParam<const char*> {};
-
 // What the rungs that runs take change in the mass that a body shows in water: asked is 0.1 % of
 // every motion. Known misses, measured in %: modes of the torus 0.28, of the jellyfish 0.81, of the
 // starfish 1.8 (its turns 0.47). The place of the body between the cells changes the same figures
@@ -101,8 +95,7 @@ double known_change(const std::string& body) {
   return kAsked;
 }
 
-TEST_P(SurfaceLadder, KeepsTheWetMass) {
-  const auto a = asset(GetParam());
+void expect_wet_mass(const Built& a, const std::string& name) {
   int met = 0;  // sizes of cells for which there is a rung
   for (const double cells : {3.0, 5.0, 9.0}) {
     const double dx = reach_of(*a) / cells;
@@ -117,12 +110,12 @@ TEST_P(SurfaceLadder, KeepsTheWetMass) {
       least = least.cwiseMin(whole), most = most.cwiseMax(whole);
       change += (coarse - whole) / 3.0;
     }
-    std::printf("%s, %g cells: %zu of %zu triangles; change and spread, %%:\n", GetParam(), cells,
+    std::printf("%s, %g cells: %zu of %zu triangles; change and spread, %%:\n", name.c_str(), cells,
                 rung->surface.triangles.size(), a->surface.triangles.size());
     for (int d = 0; d < 6 + kModes; ++d) {
       const double of = std::abs(change[d]) / most[d], spread = (most[d] - least[d]) / most[d];
       std::printf(" %.3f of %.2f", 100 * of, 100 * spread);
-      EXPECT_LT(of, known_change(GetParam())) << "motion " << d;
+      EXPECT_LT(of, known_change(name)) << "motion " << d;
     }
     std::printf("\n");
   }
@@ -130,8 +123,7 @@ TEST_P(SurfaceLadder, KeepsTheWetMass) {
 }
 
 // Afloat at any level the body displaces what its own surface does; under water exactly.
-TEST_P(SurfaceLadder, KeepsTheBuoyancy) {
-  const auto a = asset(GetParam());
+void expect_buoyancy(const Built& a, const std::string& name) {
   const double dx = reach_of(*a) / 3.0;
   const SurfaceRung* rung = coarsest_rung(a->ladder, dx);
   ASSERT_NE(rung, nullptr);
@@ -144,13 +136,12 @@ TEST_P(SurfaceLadder, KeepsTheBuoyancy) {
     for (double level = -0.8; level < 0.85; level += 0.2)
       worst = std::max(worst, std::abs(volume_below(rung->surface, up, level * reach_of(*a)) -
                                        volume_below(a->surface, up, level * reach_of(*a))));
-  std::printf("%s: %.4f %% of the volume\n", GetParam(), 100 * worst / volume);
+  std::printf("%s: %.4f %% of the volume\n", name.c_str(), 100 * worst / volume);
   EXPECT_LT(worst / volume, 1e-3);
 }
 
 // Uniform and hydrostatic pressure do the same work on every mode, to rounding.
-TEST_P(SurfaceLadder, KeepsWhatLinearPressuresDoToModes) {
-  const auto a = asset(GetParam());
+void expect_work_of_linear_pressures(const Built& a) {
   const auto work = [](const TriMesh& surface, const MatX& modes) {
     MatX sum = MatX::Zero(4, modes.cols());
     for (const Vec3i& t : surface.triangles) {
@@ -182,10 +173,9 @@ TEST_P(SurfaceLadder, KeepsWhatLinearPressuresDoToModes) {
 }
 
 // Stored with the body, counted by its hash, and refused where it would float otherwise.
-TEST_P(SurfaceLadder, IsReadAsItWasWritten) {
-  const auto a = asset(GetParam());
+void expect_read_as_written(const Built& a, const std::string& name) {
   const std::filesystem::path path =
-      std::filesystem::path(testing::TempDir()) / (std::string("ladder_") + GetParam() + ".h5");
+      std::filesystem::path(testing::TempDir()) / ("ladder_" + name + ".h5");
   const std::string hash = write_archetype(path.string(), *a);
   const Archetype b = read_archetype(path.string(), Part::kRuntime);
   EXPECT_EQ(b.content_hash, hash);
@@ -203,6 +193,17 @@ TEST_P(SurfaceLadder, IsReadAsItWasWritten) {
   for (Vec3& x : swollen.ladder[0].surface.vertices) x *= 1.001;
   EXPECT_THROW(validate(swollen), AssertionError);
   std::filesystem::remove(path);
+}
+
+class SurfaceLadder : public testing::TestWithParam<const char*> {};
+
+// One test a body: most of its time goes into building the ladder.
+TEST_P(SurfaceLadder, IsTheBodyToTheWater) {
+  const Built body = build_asset(GetParam());
+  expect_wet_mass(body, GetParam());
+  expect_buoyancy(body, GetParam());
+  expect_work_of_linear_pressures(body);
+  expect_read_as_written(body, GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(Assets, SurfaceLadder,
