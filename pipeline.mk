@@ -412,6 +412,7 @@ help:
 	@echo '  fuzz         random inputs for every reader, FUZZ_SECONDS=60 each, TARGETS="ply scene"'
 	@echo '  mutate       random mistakes in command lines and files, FUZZ_SECONDS=60, SEED=1'
 	@echo '  faults       kills, signals, full disks, little memory, odd names: a table; QUICK=1, ROWS="kill-run"'
+	@echo '  long         minutes of scene time in which nothing may grow, an hour; QUICK=1: a tenth of it; SCENES="tub"'
 	@echo '  mutations    whether the fast tests notice a changed line: COUNT=200, SEED=1; hours'
 	@echo '  sanitize     fast tests and scenes with checks of memory, undefined behaviour and races (clang); CHECK=address, thread'
 	@echo '  deps, build  what demo and check begin with       clean        programs and demo; keeps archetypes and runs'
