@@ -25,7 +25,8 @@ watched() {  # file, words of the command
 # A row of the table. The run is read from a tenth of its time on, when what fell has fallen; "late" is its second half.
 # Memory: largest resident set, late against before. Gain: largest rise of energy without the work of forces above its
 # lowest value before, as a part of the largest motion (kinetic and elastic). Motion: mean, late against before. Volume:
-# largest error in sight, before and late, as a part of all water. Iterations: mean of both solves, before and late.
+# largest error in sight, before and late, as a part of all water. A sloshing tank exchanges 0.2 % of its motion with its
+# potential energy and back. Iterations: mean of both solves, before and late.
 judge() {  # name, end, exit code, stats.csv, memory
   awk -F, -v name="$1" -v end="$2" -v code="$3" '
     function most(a, b) { return a > b ? a : b }
@@ -57,7 +58,7 @@ judge() {  # name, end, exit code, stats.csv, memory
       if (code != 0) missed = missed " exit " code ";"
       if (!n[1] || t < 0.999 * end) missed = missed " no end;"
       if (memory > 1.02) missed = missed " memory;"
-      if (share > 1e-3) missed = missed " energy;"
+      if (share > 5e-3) missed = missed " energy;"
       if (grown > 1.1) missed = missed " motion;"
       if (volume[1] > 1e-3 || (volume[1] > 1e-6 && volume[1] > 1.5 * volume[0])) missed = missed " volume;"
       if (its[1] > 1.1 * its[0] + 0.5) missed = missed " iterations;"
