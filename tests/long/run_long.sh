@@ -22,7 +22,8 @@ watched() {  # file, words of the command
   wait $child
 }
 
-# A row of the table. The run is read from a tenth of its time on, when what fell has fallen; "late" is its second half.
+# A row of the table. The run is read from a tenth of its time on, and 3 s, when all bodies are there and what fell has
+# fallen; "late" is its second half.
 # Memory: largest resident set, late against before. Gain: largest rise of energy without the work of forces above its
 # lowest value before, as a part of the largest motion (kinetic and elastic). Motion: mean, late against before. Volume:
 # largest error in sight, before and late, as a part of all water. A sloshing tank exchanges 0.2 % of its motion with its
@@ -36,10 +37,11 @@ judge() {  # name, end, exit code, stats.csv, memory
       water = $at["water_volume"] + $at["spray_volume"] + $at["outflow_volume"]
       motion = $at["water_kinetic"] + $at["spray_kinetic"] + $at["body_kinetic"] + $at["body_elastic"]
       free = $at["energy"] - $at["actuation_work"]
-      if (steps == 1) { first = water; lowest = free }
-      gain = most(gain, free - lowest); if (free < lowest) lowest = free
+      if (steps == 1) first = water
       largest = most(largest, motion)
-      if (t < 0.1 * end) next
+      if (t < 0.1 * end || t < 3) next
+      if (lowest == "" || free < lowest) lowest = free
+      gain = most(gain, free - lowest)
       late = t > 0.5 * end
       error = water - first; if (error < 0) error = -error
       volume[late] = most(volume[late], error / first)
