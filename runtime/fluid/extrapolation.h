@@ -16,16 +16,17 @@ void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsign
 
 /// Continues the free surface into the cells with solid != 0 beside which it stands, up to `layers`
 /// cells deep: a sheet of phi along the surface, linear from the open cells next to it. Nothing
-/// that was inside the solid or lies below it in the water has a say, so the sheet cannot move on
-/// its own [D30]. Returns the mask of the sheet's cells. Cells that would change by less than
-/// rounding (1e-9 dx) keep their values.
+/// that was inside the solid has a say, so the sheet cannot move on its own [D30]; its values are
+/// within 1.5 dx of those of the open cells beside it [D68]. Returns the mask of the sheet's cells.
+/// Cells that would change by less than rounding (1e-9 dx) keep their values.
 Array3<unsigned char> continue_surface(const Grid& g, Array3<double>& phi,
                                        const Array3<unsigned char>& solid, int layers);
 
 /// Continues the level set (slope at most 1, |phi| at most band, m) through `layers` layers of the
 /// other cells with solid != 0, from the open ones and from the sheet: linearly within a cell of
-/// the interface and along it, by a constant away from it, so that deep water stays deep inside.
-/// Deeper cells keep their values. An empty mask means no solids.
+/// the interface and along it, by a constant away from it, so that deep water stays deep inside, and
+/// within 1.5 dx of the open cells beside [D68]. Deeper cells keep their values. An empty mask means
+/// no solids.
 void extend_level_set(const Grid& g, Array3<double>& phi, const Array3<unsigned char>& solid,
                       int layers, double band, const Array3<unsigned char>& sheet = {});
 

@@ -74,7 +74,6 @@ judge() {  # name, end, exit code, stats.csv, memory
   echo "| scene | end, s | steps, halvings | memory, MiB, late / before | energy gained | motion before, late, J | error of volume before, late | iterations before, late | s a step before, late | |"
   echo "|---|---|---|---|---|---|---|---|---|---|"
 } >"$table"
-failed=
 while IFS='|' read -r name end settings; do
   [ -z "$SCENES" ] || echo " $SCENES " | grep -q -- " $name " || continue
   [ -z "$QUICK" ] || end=$(echo "$end" | awk '{ print $1 / 10 }')
