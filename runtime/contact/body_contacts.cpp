@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <tuple>
 
 namespace archetide {
 namespace {
@@ -103,6 +105,22 @@ void share_pinches(std::vector<BodyContact>& contacts) {
     overlaps[k]->gap = std::min(0.0, 0.5 * (overlaps[k]->gap - opposed[k]));
 }
 
+bool in_order(const ContactForce& p, const ContactForce& q) {
+  return std::tie(p.a, p.b, p.sample) < std::tie(q.a, q.b, q.sample);
+}
+
+/// Those of `own` and, between bodies no faster than this, of `other`; sorted as these are.
+ContactForces either(const ContactForces& own, const ContactForces& other,
+                     const std::vector<double>& speed, double slow) {
+  const auto rests = [&](int b) { return b < 0 || speed[b] < slow; };
+  ContactForces resting, both;
+  std::copy_if(other.begin(), other.end(), std::back_inserter(resting),
+               [&](const ContactForce& f) { return rests(f.a) && rests(f.b); });
+  std::set_union(own.begin(), own.end(), resting.begin(), resting.end(), std::back_inserter(both),
+                 in_order);
+  return both;
+}
+
 }  // namespace
 
 ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
@@ -112,9 +130,7 @@ ContactForces contact_forces(const std::vector<BodyContact>& contacts, const Con
     if (lambda[k][0] > 0.0)
       forces.push_back({contacts[k].a, contacts[k].b, contacts[k].sample,
                         system.rows()[k].frame.transpose() * lambda[k] / h});
-  std::sort(forces.begin(), forces.end(), [](const ContactForce& p, const ContactForce& q) {
-    return std::tie(p.a, p.b, p.sample) < std::tie(q.a, q.b, q.sample);
-  });
+  std::sort(forces.begin(), forces.end(), in_order);
   return forces;
 }
 
@@ -142,9 +158,11 @@ BodyContacts::BodyContacts(const BodyContactOptions& options,
     if (!shapes_[b]) shapes_[b] = &library_.of(bodies[b]);
 }
 
+// Of bodies at rest, what pressed in either stage stays in both: what points hold in one stage alone
+// has a velocity in the other that never ends and leads nowhere [D69].
 std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodies,
                                             const std::vector<double>& speed, double dt,
-                                            const ContactForces& before,
+                                            const ContactForces& own, const ContactForces& other,
                                             std::vector<BodyContact>* near) const {
   std::vector<double> fastest = speed;
   for (const ContactCover& cover : options_.search.covers) {
@@ -156,7 +174,8 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   for (const double v : fastest)
     margin.push_back(options_.tolerance + dt * (v + options_.gravity * dt));
   std::vector<BodyContact> found =
-      find_contacts(bodies, shapes_, surroundings_, margin, before, options_.search, dt, near);
+      find_contacts(bodies, shapes_, surroundings_, margin,
+                    either(own, other, speed, resting_speed(dt)), options_.search, dt, near);
   for (BodyContact& c : found) c.material = between(material(bodies, c.a), material(bodies, c.b));
   return found;
 }
@@ -213,7 +232,7 @@ bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration
 GroupContacts BodyContacts::reachable_contacts(const std::vector<ReducedBody>& bodies,
                                                const std::vector<double>& speed, double dt) const {
   GroupContacts out;
-  out.contacts = find(bodies, speed, dt, memory.position);
+  out.contacts = find(bodies, speed, dt, memory.position, memory.velocity);
   share_pinches(out.contacts);
   out.shapes = shapes_;
   out.start = memory.position;
@@ -229,7 +248,7 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
                                            const std::vector<double>& speed, double dt) const {
   Result out;
   const std::vector<BodyContact> all =
-      find(bodies, speed, dt, memory.velocity, &out.velocity_stage.near);
+      find(bodies, speed, dt, memory.velocity, memory.position, &out.velocity_stage.near);
   std::vector<BodyContact> touching;
   for (const BodyContact& c : all) {
     if (!touches(c)) continue;

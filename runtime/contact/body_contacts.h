@@ -79,7 +79,7 @@ class BodyContacts {
  private:
   std::vector<BodyContact> find(const std::vector<ReducedBody>& bodies,
                                 const std::vector<double>& speed, double dt,
-                                const ContactForces& before,
+                                const ContactForces& own, const ContactForces& other,
                                 std::vector<BodyContact>* near = nullptr) const;
   double resting_speed(double dt) const;
   ContactMaterial material(const std::vector<ReducedBody>& bodies, int b) const;
