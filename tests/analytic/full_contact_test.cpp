@@ -238,7 +238,7 @@ TEST(FullBodyContact, RestsOnTheFloorAndOnAnother) {
 }
 
 // Speeds fall by a factor of 5 a second. Where the two stages of a step held different points these
-// three kept 1.3e-2, 7.9e-4 and 4.1e-2 m/s for ever [D69]. Measured after 4 s: 1.3e-5, 1.6e-5, 1.2e-6.
+// three kept 1.3e-2, 7.9e-4 and 4.1e-2 m/s for ever [D69]. Measured after 4 s: 1.2e-5, 1.7e-5, 1.1e-6.
 TEST(FullBodyContact, RestsWhereverItFell) {
   for (const double aside : {0.003, 0.005, 0.023}) {
     Simulation s = Stack(aside).simulation(Kind::kModes, Kind::kModes);
