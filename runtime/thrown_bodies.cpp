@@ -19,9 +19,4 @@ bool bodies_are_thrown(const SimulationState& s, const std::vector<ReducedBody>&
   return energy_of_bodies(s.bodies) - first > possible;
 }
 
-bool forces_throw(const ReducedBody& body, double made) {
-  constexpr double kMost = 0.2;
-  return made > kMost * (kinetic_energy(body) + elastic_energy(body));
-}
-
 }  // namespace archetide

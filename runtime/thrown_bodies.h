@@ -10,8 +10,4 @@ namespace archetide {
 /// long step is thrown otherwise [D63]. Not asked where actuators work.
 bool bodies_are_thrown(const SimulationState& s, const std::vector<ReducedBody>& before, double dt);
 
-/// Whether the forces of a nonlinear body, which are linear in the velocities stage, have made more
-/// from nothing (J, energy_of_linear_force) than a fifth of the energy that it then has [D66].
-bool forces_throw(const ReducedBody& body, double made);
-
 }  // namespace archetide

@@ -1,6 +1,7 @@
 #include "runtime/velocity_stage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "runtime/contact/keep_apart.h"
@@ -38,11 +39,28 @@ void accept(const StageResult& result, ReducedBody& body) {
   accept_velocity(body, result.y, result.delta_P, result.delta_L);
 }
 
-// The shapes of nonlinear bodies at n+1 (S15), as far as contact lets them (S15a).
-void bend(const HalfStep& half, std::vector<VecX>& q, SimulationState& s) {
+// What a body that ends the step with the shape q has less than its energy of n and the work done on
+// it, J.
+double energy_lost(const SimulationState& s, const ReducedBody& before, const ReducedBody& now,
+                   const StageResult& result, const VecX& drive, const VecX& q, double dt) {
+  const auto energy = [](const ReducedBody& b) { return kinetic_energy(b) + elastic_energy(b); };
+  const VecX mean = 0.5 * (generalised_velocity(now, result.motion.terms) + result.y);
+  ReducedBody after = now;
+  accept(result, after);
+  after.q = q;
+  double work = mean.dot(result.water_impulse) +
+                body_mass(now) * s.options.gravity.dot(now.position - before.position);
+  if (drive.size() > 0) work += dt * drive.dot(mean.tail(now.r));
+  return energy(before) + work - energy(after);
+}
+
+// The shapes of nonlinear bodies at n+1 (S15), as far as contact lets them (S15a); `lost`: energy of
+// these bodies in the step, J.
+void bend(const HalfStep& half, double lost, std::vector<VecX>& q, SimulationState& s) {
   constexpr double kSlack = 0.1;  // cells: less is taken back by the position stage
   if (s.body_contacts)
-    keep_apart(s.bodies, half.touching, kSlack * s.options.grid.dx, half.lost_in_contact, q);
+    keep_apart(s.bodies, half.touching, kSlack * s.options.grid.dx,
+               std::min(half.lost_in_contact, lost), q);
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     if (q[b].size() > 0) s.bodies[b].q = q[b];
 }
@@ -53,6 +71,59 @@ void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& re
   s.budget.add_water_impulse(impulse_at(s.bodies[b].position, force, torque));
   s.water_impulse[b] += force;
   s.water_angular_impulse[b] += torque;
+}
+
+// q^{n+1} of a nonlinear body (S15); empty: of others, of jointed ones, which keep the way that
+// closed their joints, and where one solve a step moves the bodies itself.
+VecX shape_after(const SimulationState& s, const StageBody& in, const StageResult& out, double dt) {
+  if (in.reaction.size() > 0 || s.options.scheme != Scheme::kNewmark) return {};
+  return corrected_modes(*in.body, in.at, out.y.tail(in.body->r), dt);
+}
+
+// What the forces of nonlinear bodies, linear about other rates than these had in the end, have made
+// or taken (S15b), of the body's energy: the largest. Where that is more than little the next solve's
+// are linear about the mean rates of this one.
+constexpr double kLittle = 5e-3;
+double linearise_again(const SimulationState& s, const std::vector<StageResult>& results, double dt,
+                       std::vector<StageBody>& stage) {
+  double most = 0.0;
+  for (std::size_t b = 0; b < stage.size(); ++b) {
+    const ReducedBody& body = *stage[b].body;
+    const VecX q = shape_after(s, stage[b], results[b], dt), q_dot = results[b].y.tail(body.r);
+    if (q.size() == 0) continue;
+    const double made = energy_of_linear_force(body, stage[b].at, results[b].motion, q_dot, dt);
+    const double energy = kinetic_energy(body, results[b].motion.terms, results[b].y) +
+                          body.archetype->elastic.energy(q);
+    if (std::abs(made) <= kLittle * energy) continue;
+    stage[b].at.linear_about = 0.5 * (body.q_dot + q_dot);
+    most = std::max(most, std::abs(made) / energy);
+  }
+  return most;
+}
+
+// Eqs. 45 and 49 with h = dt; again while forces of nonlinear bodies are to be linear about other
+// rates [D70]. False if it does not converge, or these forces make too much in the end.
+bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
+                     GroupContacts& touching, std::vector<StageResult>& results,
+                     StepReport& report) {
+  constexpr int kMostSolves = 4;
+  constexpr double kMost = 0.2;  // of a body's energy
+  const bool nonlinear = std::any_of(s.bodies.begin(), s.bodies.end(), [](const ReducedBody& body) {
+    return body.r > 0 && body.archetype->nonlinear();
+  });
+  if (nonlinear) s.water.keep_full();
+  for (int solve = 1;; ++solve) {
+    report.velocity.add(s.coupling.couple(
+        Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
+        if_together(s, touching), s.water.narrow_flow(), &s.water.held()));
+    if (!report.velocity.converged) return false;
+    const double made = nonlinear ? linearise_again(s, results, dt, stage) : 0.0;
+    if (made <= kLittle) return true;
+    if (solve == kMostSolves) return made <= kMost || !may_halve(s.options, report, kMostForEnergy);
+    s.water.restore_full();
+    s.coupling.keep_loads();
+    touching.start = touching.forces;
+  }
 }
 
 bool at_rest(const ReducedBody& body) {
@@ -104,31 +175,23 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   move_water(s, dt, stage);
   ScopedTimer timer(s.profile, "velocities");
   std::vector<StageResult> results;
-  report.velocity = s.coupling.couple(
-      Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
-      if_together(s, half.touching), s.water.narrow_flow(), &s.water.held());
-  if (!report.velocity.converged) return false;
+  if (!solve_full_step(s, dt, stage, half.touching, results, report)) return false;
   if (may_halve(s.options, report, kMostForEnergy) &&
       joints_drive(s, half.start, half.reaction, results))
     return false;
-  double work = 0.0;
+  double work = 0.0, lost = 0.0;
   std::vector<VecX> bent(s.bodies.size());  // q^{n+1} of nonlinear bodies
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     ReducedBody& body = s.bodies[b];
     // one solve a step counts the work where it moves the bodies
     if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
       work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
-    // joints keep the way that closed them; one solve a step moves the bodies itself
-    if (half.reaction[b].size() == 0 && s.options.scheme == Scheme::kNewmark)
-      bent[b] = corrected_modes(body, half.middle[b], results[b].y.tail(body.r), dt);
-    const double made = bent[b].size() > 0
-                            ? energy_of_linear_force(body, half.middle[b], results[b].motion,
-                                                     results[b].y.tail(body.r), dt)
-                            : 0.0;
+    bent[b] = shape_after(s, stage[b], results[b], dt);
+    if (s.body_contacts && bent[b].size() > 0)
+      lost += energy_lost(s, before[b], body, results[b], drive[b], bent[b], dt);
     accept(results[b], body);
-    if (may_halve(s.options, report, kMostForEnergy) && forces_throw(body, made)) return false;
   }
-  bend(half, bent, s);
+  bend(half, lost, bent, s);
   if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
     return false;
 

@@ -68,6 +68,13 @@ class WaterStep {
   /// One solve a step: instead of the positions stage.
   void start_single();
 
+  /// The velocities stage's solve may be made again: its velocity before it is kept, and restored.
+  void keep_full() {
+    if (present()) copy_values(u_star_, carrier_);
+  }
+  void restore_full() {
+    if (present()) copy_values(carrier_, u_star_);
+  }
   /// Velocities stage: what flows from cell to cell in the whole step; the geometry is still that of
   /// the last solve.
   void let_flow(double dt, const Coupling& coupling);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/axial.h"
+
 namespace archetide {
 
 std::vector<double> frequencies_hz(const Archetype& a) {
@@ -44,9 +46,8 @@ Orthogonality orthogonality(const Archetype& a) {
   o.mass = (a.M_r - MatX::Identity(a.r(), a.r())).cwiseAbs().maxCoeff();
   for (int i = 0; i < a.r(); ++i) {
     o.translation = std::max(o.translation, a.integrals.I3[i].norm() / std::sqrt(a.integrals.mass));
-    const Mat3& A = a.integrals.A[i];  // sum m x phi^T; its skew part is sum m x × phi
-    const Vec3 spin(A(1, 2) - A(2, 1), A(2, 0) - A(0, 2), A(0, 1) - A(1, 0));
-    o.rotation = std::max(o.rotation, spin.norm() / std::sqrt(inertia(a).trace()));
+    o.rotation =
+        std::max(o.rotation, axial(a.integrals.A[i]).norm() / std::sqrt(inertia(a).trace()));
   }
   return o;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "common/archetype/matched_moments.h"
 #include "common/archetype/mode_cluster.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
@@ -137,8 +138,9 @@ MomentumIntegrals integrate(const TetMesh& mesh, const MaterialField& material,
   MomentumIntegrals integrals = momentum_integrals(mesh.nodes, mass, modes.node_modes);
   if (modes.mass == MassKind::kLumped) {
     const SparseMatrix exact = mass_matrix(mesh, material, MassKind::kConsistent);
-    integrals.Sxx =
-        momentum_integrals(mesh.nodes, exact, MatX(3 * Eigen::Index(mesh.nodes.size()), 0)).Sxx;
+    match_moments(
+        momentum_integrals(mesh.nodes, exact, MatX(3 * Eigen::Index(mesh.nodes.size()), 0)).Sxx,
+        integrals);
   }
   return integrals;
 }

@@ -47,9 +47,8 @@ struct ModesResult {
   int static_count = 0;  // the last columns: static response vectors, strains, modal derivatives
   MatX M_r, K_r;         // r x r: Phi^T M Phi (kg), Phi^T K Phi (N/m)
   /// Over the mass of the modes (lumped or consistent), but Sxx over the consistent mass: the exact
-  /// inertia of the tets. That is a constant added to the inertia I(q), so the reduced body is
-  /// still a Lagrangian system, T = 1/2 w.I(q) w + w.D(q) q' + 1/2 q'.M_r q', and conserves what it
-  /// should; the lumped inertia would be too large by order h^2.
+  /// inertia of the tets; the lumped inertia would be too large by order h^2. The others are
+  /// then those of nodes at Sigma x (match_moments): T = 1/2 w.I(q) w + w.D(q) q' + 1/2 q'.M_r q' stays a sum of squares.
   MomentumIntegrals integrals;
   MassKind mass = MassKind::kConsistent;
   std::string blas;           // name of the BLAS that did the work

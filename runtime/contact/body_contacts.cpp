@@ -223,10 +223,12 @@ double BodyContacts::closing_target(const BodyContact& c, double dt) const {
 bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration& now,
                                double way) const {
   constexpr double kDeeper = 250.0;  // tolerances, a quarter of a cell: half of what is allowed
+  constexpr double kBeyond = 0.2;    // of that where more than is allowed is left
   const double deeper = kDeeper * options_.tolerance;
   double before = 0.0;
   for (const BodyContact& c : reachable.contacts) before = std::max(before, -c.gap);
-  return way > deeper && now.largest > before + deeper;
+  const double share = now.largest > 2.0 * deeper ? kBeyond : 1.0;
+  return way > deeper && now.largest > before + share * deeper;
 }
 
 GroupContacts BodyContacts::reachable_contacts(const std::vector<ReducedBody>& bodies,

@@ -53,8 +53,8 @@ Moments deformed_moments(const ReducedBody& body, const VecX& q) {
   return out;
 }
 
-Vec3 angular_momentum_of_modes(const Moments& moments, const VecX& q_dot) {
-  if (moments.nodal.size() > 0) return nodal_angular_momentum(moments.nodal, q_dot);
+Vec3 angular_momentum_of_modes(const ReducedBody& body, const Moments& moments, const VecX& q_dot) {
+  if (body.nodes) return nodal_angular_momentum(*body.nodes, moments.nodal, q_dot);
   Vec3 L = Vec3::Zero();
   for (std::size_t i = 0; i < moments.C.size(); ++i)
     L += q_dot[static_cast<Eigen::Index>(i)] * axial(moments.C[i]);
@@ -78,7 +78,7 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
   // D_i = Σ m y × φ_i, and the spin that it makes
   t.D.resize(3, body.r);
   if (body.nodes)
-    t.D = nodal_levers(R, t.moments.nodal);
+    t.D = nodal_levers(*body.nodes, R, t.moments.nodal);
   else
     for (int i = 0; i < body.r; ++i) t.D.col(i) = R * axial(t.moments.C[i]);
   t.spin_of_modes = t.inertia_inverse * t.D;

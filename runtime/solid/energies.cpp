@@ -3,12 +3,18 @@
 
 namespace archetide {
 
+// ½ m v² + ½ ω·Iω + ½ q̇ᵀ M_q q̇: the three parts of J y are M-orthogonal.
+double kinetic_energy(const ReducedBody& body, const ConfigurationTerms& t, const VecX& y) {
+  const Vec3 w = y.segment<3>(3);
+  const VecX q_dot = y.tail(body.r);
+  return 0.5 * (t.mass * y.head<3>().squaredNorm() + w.dot(t.inertia * w) +
+                q_dot.dot(modal_momentum(body, t, q_dot)));
+}
+
 double kinetic_energy(const ReducedBody& body) {
-  // ½ P²/m + ½ L·I⁻¹L + ½ q̇ᵀ M_q q̇: the three parts of J M_rigid⁻¹ (P, L) + B q̇ are M-orthogonal
   const ConfigurationTerms t =
       configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  return 0.5 * (body.P.squaredNorm() / t.mass + body.L.dot(t.inertia_inverse * body.L) +
-                body.q_dot.dot(modal_momentum(body, t, body.q_dot)));
+  return kinetic_energy(body, t, generalised_velocity(body, t));
 }
 
 VecX elastic_force(const ReducedBody& body, const VecX& q) {

@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "common/archetype/matched_moments.h"
+#include "common/base/axial.h"
 #include "common/base/check.h"
 #include "runtime/solid/reduced_body.h"
 
@@ -23,6 +25,12 @@ MatX rigid_motions(const std::vector<Vec3>& nodes) {
 
 }  // namespace
 
+Mat3 outer_sum(const VecX& a, const VecX& b) {
+  const Eigen::Map<const Eigen::Matrix3Xd> A(a.data(), 3, a.size() / 3),
+      B(b.data(), 3, b.size() / 3);
+  return A * B.transpose();
+}
+
 NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
     : archetype_(std::move(archetype)) {
   const Archetype& a = *archetype_;
@@ -36,11 +44,37 @@ NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
   for (int k = 0; k < 6; ++k) rigid_momentum_.col(k) = product(1.0, 0.0, rigid_.col(k));
   rigid_momentum_ = (rigid_momentum_ * (rigid_.transpose() * rigid_momentum_).inverse()).eval();
   rest_moments_ = product(1.0, 0.0, rest_);
+  if (a.mass_kind == "lumped") match_inertia();
   mode_moments_.resize(rest_.size(), a.r());
   for (int k = 0; k < a.r(); ++k) mode_moments_.col(k) = product(1.0, 0.0, a.node_modes.col(k));
   if (a.r() > 0) mode_moments_ = (mode_moments_ * a.M_r.inverse()).eval();
   if (a.r() == 0 || a.swelling.volume.size() > 0)
     swelling_ = std::make_unique<SurfaceSwelling>(a.surface);
+}
+
+void NodalSpace::match_inertia() {
+  const Mat3& Sxx = archetype_->integrals.Sxx;
+  const Mat3 stretch = matching_stretch(outer_sum(rest_moments_, rest_), Sxx);
+  const long n = rest_.size() / 3;
+  rest_.reshaped(3, n) = (stretch * rest_.reshaped(3, n)).eval();
+  rest_moments_ = product(1.0, 0.0, rest_);
+  spin_.resize(3, rest_.size());
+  rotations_.resize(rest_.size(), 3);
+  const Mat3 to_spin = (Sxx.trace() * Mat3::Identity() - Sxx).inverse();
+  for (long p = 0; p < rest_.size(); p += 3) {
+    spin_.middleCols<3>(p) = to_spin * skew(rest_moments_.segment<3>(p));
+    rotations_.middleRows<3>(p) = -skew(rest_.segment<3>(p));
+  }
+}
+
+VecX NodalSpace::of_mass(const VecX& u) const {
+  if (spin_.size() == 0) return u;
+  return u - rotations_ * (spin_ * u).eval();
+}
+
+MatX NodalSpace::from_mass(const MatX& f) const {
+  if (spin_.size() == 0) return f;
+  return f - spin_.transpose() * (rotations_.transpose() * f).eval();
 }
 
 MatX NodalSpace::seen_velocity(const MatX& y) const {

@@ -9,6 +9,9 @@
 
 namespace archetide {
 
+/// sum a_p b_p^T over nodes, a and b 3 n.
+Mat3 outer_sum(const VecX& a, const VecX& b);
+
 /// Every node of an archetype's tets as a degree of freedom: what modes are to a reduced body, with
 /// S = 1 (docs/method.md, S13). Displacements u of the n nodes, 3 n numbers in the body frame, m,
 /// without rigid motion of the rest shape: J_0^T M u = 0. Made once and shared by all instances.
@@ -19,8 +22,13 @@ class NodalSpace {
 
   int size() const { return static_cast<int>(rest_.size()); }  // 3 n
   const Archetype& archetype() const { return *archetype_; }
-  const VecX& rest() const { return rest_; }                  // x of the nodes, 3 n, m
-  const VecX& rest_moments() const { return rest_moments_; }  // M x, 3 n, kg m
+  /// x of the nodes, 3 n, m, where the exact inertia puts their mass (P6a), and M x.
+  const VecX& rest_of_mass() const { return rest_; }
+  const VecX& rest_moments() const { return rest_moments_; }  // kg m
+  /// u as the mass has it, without the rotation of rest_of_mass() that gives it angular momentum
+  /// (P6b), 3 n; and the transpose, for forces, columns side by side.
+  VecX of_mass(const VecX& u) const;
+  MatX from_mass(const MatX& f) const;
   int first_dof(int vertex) const {  // of the node at a vertex of the surface
     return 3 * archetype_->surface_to_node[static_cast<std::size_t>(vertex)];
   }
@@ -56,8 +64,12 @@ class NodalSpace {
   std::size_t bytes() const;
 
  private:
+  void match_inertia();
+
   std::shared_ptr<const Archetype> archetype_;
   VecX rest_, rest_moments_;
+  MatX spin_;            // 3 x 3 n: of the rotation that of_mass takes, or empty: none
+  MatX rotations_;       // 3 n x 3, of rest_of_mass() about each axis, m
   MatX rigid_;           // J_0, 3 n x 6
   MatX rigid_momentum_;  // M J_0 (J_0^T M J_0)^-1, 3 n x 6
   MatX mode_moments_;

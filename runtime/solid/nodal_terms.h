@@ -10,11 +10,11 @@ namespace archetide {
 
 Moments nodal_moments(const ReducedBody& body, const VecX& u);
 
-/// sum Y_p x u_dot_p.
-Vec3 nodal_angular_momentum(const VecX& Y, const VecX& u_dot);
+/// sum Y_p x u_dot_p, u_dot as the mass has it (NodalSpace::of_mass).
+Vec3 nodal_angular_momentum(const NodalSpace& nodes, const VecX& Y, const VecX& u_dot);
 
-/// D = R [Y_p] node by node, 3 x 3 n.
-MatX nodal_levers(const Mat3& R, const VecX& Y);
+/// D = R [Y_p] node by node, of the same u_dot, 3 x 3 n.
+MatX nodal_levers(const NodalSpace& nodes, const Mat3& R, const VecX& Y);
 
 ShapeCorrection nodal_shape_correction(const NodalSpace& nodes, const VecX& u);
 

@@ -45,6 +45,14 @@ void make_definite(const MatX& M_q, ModalMotion& motion) {
   motion.M_hat_factor.compute(motion.M_hat);
 }
 
+/// K without the directions in which it pushes on.
+MatX without_negative(const MatX& K) {
+  if (Eigen::LLT<MatX>(K).info() == Eigen::Success) return K;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(K);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
 /// M_q (v − q̇ⁿ) + Δt/2 (C v + F(v) − g − f), to be zero.
 struct HalfStep {
   const ReducedBody& body;
@@ -107,7 +115,7 @@ void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion&
 
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
                                 const VecX& load, double dt) {
-  const VecX q_n = 2.0 * at.q - body.q, way = dt * at.q_dot;
+  const VecX q_n = 2.0 * at.q - body.q, v = at.rates_of_force(), way = dt * v;
   const ElasticCubature& V = body.archetype->elastic;
   const MatX C = 0.5 * dt * damping(body);
   ModalMotion motion;
@@ -115,7 +123,7 @@ ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at
   make_definite(M_q, motion);
   // Ĥ q̇ⁿ⁺¹ = (M_q − Δt/2 C − S) q̇ⁿ − Δt F(v) + 2 S v + Δt (g + f), S = Δt²/2 ∂F
   const MatX S = motion.M_hat - M_q - C;
-  motion.q_dot = motion.M_hat_factor.solve((M_q - C - S) * body.q_dot + 2.0 * (S * at.q_dot) +
+  motion.q_dot = motion.M_hat_factor.solve((M_q - C - S) * body.q_dot + 2.0 * (S * v) +
                                            dt * (load - mean_force(V, q_n, way)));
   return motion;
 }
@@ -130,20 +138,17 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
                               const FreeMotion& motion, const VecX& q_dot, double dt) {
   const ElasticCubature& V = body.archetype->elastic;
-  const VecX q_n = 2.0 * middle.q - body.q, twice_mean = body.q_dot + q_dot;
+  const VecX q_n = 2.0 * middle.q - body.q, twice_mean = body.q_dot + q_dot,
+             v = middle.rates_of_force();
   const MatX S = motion.H.M_hat - motion.terms.M_q - 0.5 * dt * damping(body);
-  const VecX impulse =
-      dt * mean_force(V, q_n, dt * middle.q_dot) + S * (twice_mean - 2.0 * middle.q_dot);
+  const VecX impulse = dt * mean_force(V, q_n, dt * v) + S * (twice_mean - 2.0 * v);
   return V.energy(q_n + 0.5 * dt * twice_mean) - V.energy(q_n) - 0.5 * twice_mean.dot(impulse);
 }
 
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {
   if (dt == 0.0 || body.r == 0) return M_q;
-  ModalMotion motion;
-  motion.M_hat =
-      M_q + 0.5 * dt * damping(body) + 0.25 * dt * dt * body.archetype->elastic.stiffness(body.q);
-  make_definite(M_q, motion);
-  return motion.M_hat;
+  return M_q + 0.5 * dt * damping(body) +
+         0.25 * dt * dt * without_negative(body.archetype->elastic.stiffness(body.q));
 }
 
 }  // namespace archetide

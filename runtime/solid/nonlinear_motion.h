@@ -12,7 +12,7 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
                      double dt);
 
 /// Energy that a nonlinear body got from nothing in the velocities stage because its forces are
-/// linear about the rate v_1 of the positions stage (S15b), J: V(q^{n+1}) - V(q^n) less the work of
+/// linear about middle.rates_of_force() (S15b), J: V(q^{n+1}) - V(q^n) less the work of
 /// these forces. `motion`: of the stage; the rest as above.
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
                               const FreeMotion& motion, const VecX& q_dot, double dt);

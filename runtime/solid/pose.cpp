@@ -14,7 +14,8 @@ Vec3 midpoint_spin(const ReducedBody& body, const Configuration& mid, const Vec3
   const Moments moments = deformed_moments(body, mid.q);
   const Mat3 inertia = moments.Syy.trace() * Mat3::Identity() - moments.Syy;
   const Mat3 inertia_inverse = inertia.inverse();
-  const Vec3 modes_L = angular_momentum_of_modes(moments, mid.q_dot);  // D q̇ in the body frame
+  const Vec3 modes_L =
+      angular_momentum_of_modes(body, moments, mid.q_dot);  // D q̇ in the body frame
 
   Vec3 spin = first_guess;
   for (int turn = 0; turn < kMaxTurns; ++turn) {

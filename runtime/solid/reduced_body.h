@@ -62,6 +62,11 @@ struct Configuration {
   // Of an impact that lasts no time, s: modes meet the mass of a step of this length, so that what is
   // stiff for it does not ring, and no force acts. 0: none.
   double impact_step = 0.0;
+  // Of a nonlinear body: the rates, r, that the elastic force of the velocities stage is linear about
+  // (docs/method.md, S14), or empty: q_dot.
+  VecX linear_about = VecX();
+
+  const VecX& rates_of_force() const { return linear_about.size() > 0 ? linear_about : q_dot; }
 };
 
 /// Mass of one instance, kg.
@@ -105,7 +110,7 @@ Moments deformed_moments(const ReducedBody& body, const VecX& q);
 
 /// Angular momentum of the modes about the centre of mass in the body frame, sum m y x (S q_dot),
 /// kg m^2/s, at the shape of `moments`.
-Vec3 angular_momentum_of_modes(const Moments& moments, const VecX& q_dot);
+Vec3 angular_momentum_of_modes(const ReducedBody& body, const Moments& moments, const VecX& q_dot);
 
 /// Everything of one configuration that follows from the archetype's integrals, O(r^2).
 struct ConfigurationTerms {
@@ -215,10 +220,13 @@ void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion&
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
                                 const VecX& load, double dt);
 /// dt/2 C + dt^2/4 K(q) + M_q: the mass that impulses meet where a nonlinear body stands now; M_q
-/// where dt = 0.
+/// where dt = 0. Without the negative part of K, so that impulses that take energy in this mass take
+/// it in M_q as well [D70].
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt);
 
-/// Kinetic energy of particles (all modes exact, whatever `ModalMass`) and elastic energy, J.
+/// Kinetic energy of particles at y (6 + r) in the configuration of `terms`, J.
+double kinetic_energy(const ReducedBody& body, const ConfigurationTerms& terms, const VecX& y);
+/// The same of what the body has (all modes exact, whatever `ModalMass`), and elastic energy, J.
 double kinetic_energy(const ReducedBody& body);
 double elastic_energy(const ReducedBody& body);
 
