@@ -81,49 +81,79 @@ VecX shape_after(const SimulationState& s, const StageBody& in, const StageResul
 }
 
 // What the forces of nonlinear bodies, linear about other rates than these had in the end, have made
-// or taken (S15b), of the body's energy: the largest. Where that is more than little the next solve's
-// are linear about the mean rates of this one.
-constexpr double kLittle = 5e-3;
-double linearise_again(const SimulationState& s, const std::vector<StageResult>& results, double dt,
-                       std::vector<StageBody>& stage) {
-  double most = 0.0;
+// or taken (S15b), of the energy that the body has then: the largest.
+struct EnergyMade {
+  double share = 0.0;
+  bool hopeless = false;  // so much that other rates will not mend it
+};
+constexpr double kLittle = 5e-3, kMost = 0.2;  // of that energy
+
+// Where it is more than little the next solve's forces are linear about the mean rates of this one.
+EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResult>& results,
+                           double dt, std::vector<StageBody>& stage) {
+  constexpr double kHopeless = 10.0;  // of the energy at the start of the stage
+  EnergyMade most;
   for (std::size_t b = 0; b < stage.size(); ++b) {
     const ReducedBody& body = *stage[b].body;
-    const VecX q = shape_after(s, stage[b], results[b], dt), q_dot = results[b].y.tail(body.r);
+    const StageResult& out = results[b];
+    const VecX q = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
     if (q.size() == 0) continue;
-    const double made = energy_of_linear_force(body, stage[b].at, results[b].motion, q_dot, dt);
-    const double energy = kinetic_energy(body, results[b].motion.terms, results[b].y) +
-                          body.archetype->elastic.energy(q);
-    if (std::abs(made) <= kLittle * energy) continue;
+    const ElasticCubature& V = body.archetype->elastic;
+    const ConfigurationTerms& terms = out.motion.terms;
+    const double made = std::abs(energy_of_linear_force(body, stage[b].at, out.motion, q_dot, dt));
+    const double end = kinetic_energy(body, terms, out.y) + V.energy(q);
+    if (made <= kLittle * end) continue;
+    const double start = kinetic_energy(body, terms, generalised_velocity(body, terms)) +
+                         V.energy(2.0 * stage[b].at.q - body.q);
+    if (!(made <= kMost * end) && !(made <= kHopeless * start)) most.hopeless = true;
+    most.share = std::max(most.share, made / end);
     stage[b].at.linear_about = 0.5 * (body.q_dot + q_dot);
-    most = std::max(most, std::abs(made) / energy);
   }
   return most;
 }
 
-// Eqs. 45 and 49 with h = dt; again while forces of nonlinear bodies are to be linear about other
-// rates [D70]. False if it does not converge, or these forces make too much in the end.
+// Eqs. 45 and 49 with h = dt; again while that helps to make forces of nonlinear bodies linear about
+// other rates [D70]. False if it does not converge, or these forces make too much in the end.
 bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
                      GroupContacts& touching, std::vector<StageResult>& results,
                      StepReport& report) {
   constexpr int kMostSolves = 4;
-  constexpr double kMost = 0.2;  // of a body's energy
-  const bool nonlinear = std::any_of(s.bodies.begin(), s.bodies.end(), [](const ReducedBody& body) {
-    return body.r > 0 && body.archetype->nonlinear();
-  });
-  if (nonlinear) s.water.keep_full();
-  for (int solve = 1;; ++solve) {
+  constexpr double kLess = 0.7;  // of the share before
+  const auto couple = [&] {
     report.velocity.add(s.coupling.couple(
         Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
         if_together(s, touching), s.water.narrow_flow(), &s.water.held()));
-    if (!report.velocity.converged) return false;
-    const double made = nonlinear ? linearise_again(s, results, dt, stage) : 0.0;
-    if (made <= kLittle) return true;
-    if (solve == kMostSolves) return made <= kMost || !may_halve(s.options, report, kMostForEnergy);
+    return report.velocity.converged;
+  };
+  const auto couple_again = [&] {
     s.water.restore_full();
     s.coupling.keep_loads();
     touching.start = touching.forces;
+    return couple();
+  };
+  const bool nonlinear = std::any_of(s.bodies.begin(), s.bodies.end(), [](const ReducedBody& body) {
+    return body.r > 0 && body.archetype->nonlinear();
+  });
+  if (!nonlinear) return couple();
+
+  s.water.keep_full();
+  if (!couple()) return false;
+  EnergyMade made = linearise_again(s, results, dt, stage);
+  int solves = 1;
+  for (double before = INFINITY; made.share > kLittle && made.share < kLess * before &&
+                                 !made.hopeless && solves < kMostSolves;
+       ++solves) {
+    before = made.share;
+    if (!couple_again()) return false;
+    made = linearise_again(s, results, dt, stage);
   }
+  if (made.share <= kMost && !made.hopeless) return true;
+  const bool halve = may_halve(s.options, report, kMostForEnergy);
+  if (!halve && solves == 1) return true;
+  s.coupling.forget_guess();
+  if (halve) return false;
+  for (StageBody& body : stage) body.at.linear_about.resize(0);
+  return couple_again();
 }
 
 bool at_rest(const ReducedBody& body) {
