@@ -227,7 +227,7 @@ TEST_F(FullModes, NonlinearBodiesDoNotEndAStepInEachOther) {
 }
 
 // The same bars, of linear and of quadratic tets, hit each other at up to 8 and 13 m/s and are
-// crushed. Measured: 6e-5 and 3e-4 of the energy; before [D70] the first burst (1e10), the second
+// crushed. Measured: 3e-4 and 2e-4 of the energy; before [D70] the first burst (1e10), the second
 // gained 6 %.
 TEST_F(FullModes, HeapsOfCrushedBarsGainNoEnergy) {
   const struct { int order, seed, speed; } heaps[] = {{1, 11, 12}, {2, 19, 6}};
