@@ -75,6 +75,7 @@ class WaterStep {
   void restore_full() {
     if (present()) copy_values(carrier_, u_star_);
   }
+
   /// Velocities stage: what flows from cell to cell in the whole step; the geometry is still that of
   /// the last solve.
   void let_flow(double dt, const Coupling& coupling);

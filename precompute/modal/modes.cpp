@@ -132,15 +132,19 @@ void reduce(const SparseMatrix& K, const SparseMatrix& mass, ModesResult& result
   result.K_r = modes.transpose() * (K * modes);
 }
 
-/// Integrals over the mass of the modes, with the exact inertia; see ModesResult.
+/// Integrals over the mass of the modes, with the exact inertia; see ModesResult. Modes of a body that
+/// is not free keep the angular momentum that they have.
 MomentumIntegrals integrate(const TetMesh& mesh, const MaterialField& material,
-                            const SparseMatrix& mass, const ModesResult& modes) {
+                            const SparseMatrix& mass, bool free, const ModesResult& modes) {
   MomentumIntegrals integrals = momentum_integrals(mesh.nodes, mass, modes.node_modes);
   if (modes.mass == MassKind::kLumped) {
     const SparseMatrix exact = mass_matrix(mesh, material, MassKind::kConsistent);
-    match_moments(
-        momentum_integrals(mesh.nodes, exact, MatX(3 * Eigen::Index(mesh.nodes.size()), 0)).Sxx,
-        integrals);
+    const Mat3 Sxx =
+        momentum_integrals(mesh.nodes, exact, MatX(3 * Eigen::Index(mesh.nodes.size()), 0)).Sxx;
+    if (free)
+      match_moments(Sxx, integrals);
+    else
+      integrals.Sxx = Sxx;
   }
   return integrals;
 }
@@ -290,7 +294,7 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
   require_centred(mesh.nodes, mass);
   if (options.count == 0 && !options.every_motion) {
     result.node_modes.resize(3 * Eigen::Index(mesh.nodes.size()), 0);
-    result.integrals = integrate(mesh, material, mass, result);
+    result.integrals = integrate(mesh, material, mass, options.clamped.empty(), result);
     return result;
   }
   if (!options.every_motion) require_solvable(mesh, options);
@@ -299,7 +303,7 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
     timer.emplace(profile, "dense");
     find_every_motion(mesh, material, options, p, result);
     timer.emplace(profile, "integrals");
-    result.integrals = integrate(mesh, material, mass, result);
+    result.integrals = integrate(mesh, material, mass, options.clamped.empty(), result);
     return result;
   }
 
@@ -359,7 +363,7 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
 
   timer.emplace(profile, "integrals");
   result.node_modes = spread(result.node_modes, p, mesh.nodes.size());
-  result.integrals = integrate(mesh, material, mass, result);
+  result.integrals = integrate(mesh, material, mass, options.clamped.empty(), result);
   return result;
 }
 

@@ -47,8 +47,9 @@ struct ModesResult {
   int static_count = 0;  // the last columns: static response vectors, strains, modal derivatives
   MatX M_r, K_r;         // r x r: Phi^T M Phi (kg), Phi^T K Phi (N/m)
   /// Over the mass of the modes (lumped or consistent), but Sxx over the consistent mass: the exact
-  /// inertia of the tets; the lumped inertia would be too large by order h^2. The others are
-  /// then those of nodes at Sigma x (match_moments): T = 1/2 w.I(q) w + w.D(q) q' + 1/2 q'.M_r q' stays a sum of squares.
+  /// inertia of the tets; the lumped inertia would be too large by order h^2. Those of a free body
+  /// are then of nodes at Sigma x (match_moments): T = 1/2 w.I(q) w + w.D(q) q' + 1/2 q'.M_r q' stays
+  /// a sum of squares.
   MomentumIntegrals integrals;
   MassKind mass = MassKind::kConsistent;
   std::string blas;           // name of the BLAS that did the work

@@ -205,7 +205,7 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 /// The modal part of a stage of a nonlinear body (docs/method.md, S13 and S14), in which the mean
 /// elastic force F(v) = int_0^1 f(q_n + s dt v) ds of the way takes the place of K (q_n + dt/2 v).
 /// Position stage: v = q_dot by Newton's method with line search from the free motion alone.
-/// Velocity stage: linear about v = at.q_dot. In both, impulses then meet M_hat = M_q + dt/2 C +
+/// Velocity stage: linear about v = at.rates_of_force(). In both, impulses then meet M_hat = M_q + dt/2 C +
 /// dt^2/2 dF/dq. `load`: g + f, r, N m per unit q; `M_q` as the stage has it.
 struct ModalMotion {
   VecX q_dot;  // r, 1/s
