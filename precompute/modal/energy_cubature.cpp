@@ -1,13 +1,13 @@
 #include "precompute/modal/energy_cubature.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "precompute/modal/nonlinear_elasticity.h"
 #include "precompute/modal/nonnegative_fit.h"
+#include "precompute/modal/static_balance.h"
 
 namespace archetide {
 namespace {
@@ -17,35 +17,6 @@ std::vector<MaterialPoint> choose_points(const TetMesh& mesh, int count, std::mt
   std::vector<MaterialPoint> all = material_points(mesh), chosen;
   std::sample(all.begin(), all.end(), std::back_inserter(chosen), count, random);
   return chosen;
-}
-
-/// The direction -H^-1 g with the eigenvalues of H made positive.
-VecX descent(const MatX& H, const VecX& g) {
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(H);
-  const double floor = 1e-8 * eigen.eigenvalues().cwiseAbs().maxCoeff();
-  const VecX values = eigen.eigenvalues().cwiseAbs().cwiseMax(floor);
-  return -eigen.eigenvectors() * (eigen.eigenvectors().transpose() * g).cwiseQuotient(values);
-}
-
-/// Static balance under `load` (r): the minimum of V(q) - load . q by Newton's method with
-/// backtracking, from q on. Close to it is enough for training.
-VecX balance(const ElasticCubature& V, const VecX& load, VecX q) {
-  constexpr int kMostTurns = 40, kMostHalvings = 30;
-  constexpr double kAccuracy = 1e-5, kDecrease = 1e-4;
-  double energy = V.energy(q) - load.dot(q);
-  for (int turn = 0; turn < kMostTurns; ++turn) {
-    const VecX g = V.force(q) - load;
-    if (g.norm() <= kAccuracy * load.norm()) break;
-    const VecX d = descent(V.stiffness(q), g);
-    double step = 1.0, trial = 0.0;
-    for (int k = 0; k < kMostHalvings; ++k, step *= 0.5) {
-      trial = V.energy(q + step * d) - load.dot(q + step * d);
-      if (trial <= energy + kDecrease * step * g.dot(d)) break;
-    }
-    q += step * d;
-    energy = trial;
-  }
-  return q;
 }
 
 /// Coordinates (r x 6) whose gradients come closest to the six unit strains at the points.
@@ -108,15 +79,20 @@ MatX training_loads(const VecX& amplitude, const MatX& strains, const MatX& K_r,
 MatX balanced_poses(const ElasticCubature& V, const MatX& loads) {
   MatX poses(loads.rows(), 2 * loads.cols());
   for (Eigen::Index k = 0; k < loads.cols(); ++k) {
-    const VecX half = balance(V, 0.5 * loads.col(k), VecX::Zero(loads.rows()));
+    const VecX half = static_balance(V, 0.5 * loads.col(k), VecX::Zero(loads.rows()));
     poses.col(2 * k) = half;
-    poses.col(2 * k + 1) = balance(V, loads.col(k), half);
+    poses.col(2 * k + 1) = static_balance(V, loads.col(k), half);
   }
   return poses;
 }
 
+// The force of an inverted pose comes from a few tets that are inside out, which no few points can
+// tell. With weight 1 such poses leave the others wrong; without any nothing pushes back [D71].
+constexpr double kInvertedWeight = 0.1;
+
 /// The equations of the fit: a row for each force component of each pose and each entry of K_r, in
-/// the norm K^-1 of forces, each pose and each vector with weight 1. A: rows x points.
+/// the norm K^-1 of forces, each pose and each vector with weight 1, inverted poses with
+/// kInvertedWeight. A: rows x points.
 struct Equations {
   MatX A;
   VecX b;
@@ -160,9 +136,12 @@ class Training {
   // The forces of a pose on all tets, and those of each point alone.
   void add_pose(const VecX& q, Eigen::Index row, Equations& e) const {
     const Eigen::Index r = basis_.cols();
-    const VecX whole = basis_.transpose() * internal_force(mesh_, material_, basis_ * q);
+    const VecX u = basis_ * q;
+    const VecX whole = basis_.transpose() * internal_force(mesh_, material_, u);
     const VecX scaled = scale_.cwiseProduct(whole);
-    const double weight = 1.0 / scaled.norm();
+    const bool is_inverted =
+        elastic_state(mesh_, material_, u).least_volume < NeoHookean::kLeastVolume;
+    const double weight = (is_inverted ? kInvertedWeight : 1.0) / scaled.norm();
     e.b.segment(row, r) = weight * scaled;
     e.A.middleRows(row, r) = (weight * scale_).asDiagonal() * unit_.force_of_points(q);
   }

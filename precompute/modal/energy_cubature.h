@@ -17,12 +17,12 @@ struct CubatureOptions {
 /// A cubature, and how well it repeats the forces that it was trained with.
 struct TrainedCubature {
   ElasticCubature energy;
-  double error = 0.0;  // of the training forces, root mean square, relative
+  double error = 0.0;  // of the training forces, root mean square, relative, weighted as trained
 };
 
 /// Chooses points and weights >= 0 such that the reduced elastic forces of NeoHookean material are
 /// those of all tets [AKJ08]: in the linear range, and in poses that are in balance under random
-/// loads, compression included. `basis`: 3n x r, its stiffness `K_r` (r x r), r > 0. The same input
+/// loads, compression included; where tets are inside out, only roughly. `basis`: 3n x r, its stiffness `K_r` (r x r), r > 0. The same input
 /// gives the same points.
 TrainedCubature train_cubature(const TetMesh& mesh, const MaterialField& material,
                                const MatX& basis, const MatX& K_r, const CubatureOptions& options);

@@ -1,14 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 
 #include "precompute/base/tet_element.h"
+#include "precompute/build.h"
+#include "precompute/modal/cubature_error.h"
 #include "precompute/modal/energy_cubature.h"
 #include "precompute/modal/modes.h"
-#include "precompute/modal/nonlinear_elasticity.h"
+#include "precompute/modal/static_balance.h"
 #include "tests/nonlinear/box_mesh.h"
 
 namespace archetide {
@@ -80,23 +81,6 @@ Reduced reduce(TetMesh mesh, int count, int derivatives) {
   return body;
 }
 
-/// Static balance under the load g (r) by damped Newton steps, from q on.
-VecX balance(const ElasticCubature& V, const VecX& g, VecX q) {
-  for (int turn = 0; turn < 200; ++turn) {
-    const VecX rest = V.force(q) - g;
-    if (rest.norm() <= 1e-10 * g.norm()) break;
-    const Eigen::SelfAdjointEigenSolver<MatX> eigen(V.stiffness(q));
-    const VecX d =
-        -eigen.eigenvectors() *
-        (eigen.eigenvectors().transpose() * rest).cwiseQuotient(eigen.eigenvalues().cwiseAbs());
-    double step = 1.0;
-    const auto merit = [&](const VecX& at) { return V.energy(at) - g.dot(at); };
-    while (step > 1e-6 && merit(q + step * d) > merit(q) + 1e-4 * step * rest.dot(d)) step *= 0.5;
-    q += step * d;
-  }
-  return q;
-}
-
 double volume(const TetMesh& mesh, const VecX& u) {
   TetMesh moved = mesh;
   for (std::size_t v = 0; v < moved.nodes.size(); ++v)
@@ -114,7 +98,7 @@ void compare(const char* name, const Reduced& body, const Load& load,
   std::printf("%s: r = %d, %d points, force error %.1f %%\n", name, int(S.cols()),
               int(body.trained.energy.points()), 100 * body.trained.error);
   for (const Reference& ref : references) {
-    q = balance(body.trained.energy, ref.load * g, q);
+    q = static_balance(body.trained.energy, ref.load * g, q, 1e-10);
     const double error = load.scale * g.dot(q) / ref.displacement - 1.0;
     const double grown = volume(body.mesh, S * q) / rest - 1.0 - ref.volume_change;
     const VecX linear = ref.load * body.modes.K_r.ldlt().solve(g);
@@ -206,6 +190,22 @@ TEST(SlowNonlinearStatics, PinchedAndPulledRing) {
   load.forces *= -1.0;  // measured -2.4, -3.6 %
   compare("pinched ring", body, load,
           {{0.0007762063501, 0.2, -0.000540402}, {0.001937871163, 0.6, -0.00133442}}, 0.05, 0.01);
+}
+
+// The soft ring of the scenes, under loads that its points were not chosen for. With kInvertedWeight
+// = 1 it is 3.7 % off in the mean and 14.9 % at most.
+TEST(SlowNonlinearStatics, PatchesOfARing) {
+  const Recipe recipe = read_recipe(ARCHETIDE_ASSETS "/bodies/torus_nonlinear.body.toml");
+  Log log;
+  log.set_level(Log::Level::kQuiet);
+  Profile profile;
+  const Archetype a = build_archetype(recipe, log, profile);
+  const DeflectionError error =
+      deflection_error(a.tets, recipe.material, a.node_modes, a.K_r, a.elastic);
+  std::printf("ring: %d points, deflections %.2f %% off in the mean, %.2f %% at most\n",
+              int(a.elastic.points()), 100 * error.mean, 100 * error.worst);
+  EXPECT_LT(error.mean, 0.03);   // measured 0.019
+  EXPECT_LT(error.worst, 0.12);  // measured 0.058
 }
 
 }  // namespace
