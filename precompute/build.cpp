@@ -247,7 +247,7 @@ void describe_deformation(const MaterialField& materials, bool nonlinear, Archet
   const ScopedTimer timer(profile, "cubature");
   TrainedCubature trained = train_cubature(a.tets, materials, a.node_modes, a.K_r, {});
   const DeflectionError error =
-      deflection_error(a.tets, materials, a.node_modes, a.K_r, trained.energy);
+      cubature_error(a.tets, materials, a.node_modes, a.K_r, trained.energy);
   log.say(joined<3>("elastic energy: ", trained.energy.points(),
                     " cubature points; deflections by 10 to 30 % of the size are ",
                     100 * error.mean, " % off in the mean, ", 100 * error.worst, " % at most"));
@@ -313,6 +313,8 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   const int vibration = modes.vibration_modes();
   warn_about_modes(modes, options.every_motion ? vibration : options.count, log);
   const MassKind mass = modes.mass;
+  rec.patch_error_of_modes = modes.patch_error_of_modes;
+  const DeflectionError patch_error = modes.patch_error;
   take_modes(std::move(modes), a);
   describe_deformation(materials, options.nonlinear, a, log, profile);
   {
@@ -327,6 +329,10 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
     a.frequency_error = estimate_frequency_errors(recipe, body.surface, a.omega2.head(vibration),
                                                   int(a.tets.tets.size()), profile);
   log.say(modes_line(a));
+  if (patch_error.worst > 0.0)
+    log.say(joined<3>("loads on patches: small deflections ", 100 * patch_error.mean,
+                      " % off in the mean, ", 100 * patch_error.worst,
+                      " % at most; more modes tell more"));
   validate(a);
   return a;
 }

@@ -101,7 +101,8 @@ struct Draft {
   double young = kTrialYoung;
   int modes = ModesOptions().count;
   bool slender = false;  // round-off keeps the modes from their usual residual
-  std::string above, scale = "mesh units to metres", tets, first_mode, damping;  // comments
+  std::string above, scale = "mesh units to metres", tets, first_mode, damping,
+                     few_modes;  // comments
 };
 
 std::string body_text(const ProposeRequest& request, const Draft& d) {
@@ -117,7 +118,8 @@ std::string body_text(const ProposeRequest& request, const Draft& d) {
   text += "material = { " + setting("density", number(request.density)) +
           ", young = " + two_digits(d.young) + ", " + setting("poisson", number(kPoisson)) + " }\n";
   text += commented("damping = { alpha = 0.0, " + setting("beta", number(kBeta)) + " }", d.damping);
-  if (!d.slender) return text + fmt::format("modes = {{ count = {} }}\n", d.modes);
+  if (!d.slender)
+    return text + commented(fmt::format("modes = {{ count = {} }}", d.modes), d.few_modes);
   return text + commented(fmt::format("modes = {{ count = {}, residual = {} }}", d.modes,
                                       kSlenderResidual),
                           "slender: round-off keeps it above the usual 1e-8");
@@ -127,6 +129,7 @@ std::string body_text(const ProposeRequest& request, const Draft& d) {
 struct Trial {
   Archetype body;
   std::vector<std::string> notes;
+  std::vector<double> patch_error_of_modes;
 };
 
 Trial build_trial(const ProposeRequest& request, const Draft& draft, Profile& profile) {
@@ -140,6 +143,7 @@ Trial build_trial(const ProposeRequest& request, const Draft& draft, Profile& pr
   Trial trial;
   trial.body = build_archetype(recipe, silent, profile, &record);
   trial.notes = record.notes;
+  trial.patch_error_of_modes = record.patch_error_of_modes;
   return trial;
 }
 
@@ -223,6 +227,39 @@ Trial first_that_builds(const ProposeRequest& request, Draft& draft, Log& log, P
   return std::move(*trial);
 }
 
+// ---- how many modes ----------------------------------------------------------------------------
+
+constexpr double kPatchError = 0.15;  // that is small enough: the mean with the first modes
+constexpr int kMostModes = 30;
+
+double patch_error(const Trial& trial, int modes) {
+  return trial.patch_error_of_modes[static_cast<std::size_t>(modes - 1)];
+}
+
+/// The usual number of modes or, where more of them, up to kMostModes, bring small deflections under
+/// loads on patches within kPatchError, as few as that takes: limbs need more, while compact bodies
+/// are dented, which hardly any number of modes tells. The trial then has at least so many.
+int enough_modes(const ProposeRequest& request, const Draft& draft, Trial& trial,
+                 Profile& profile) {
+  const int usual = trial.body.r();
+  if (patch_error(trial, usual) <= kPatchError) return usual;
+  Draft richer = draft;
+  richer.modes = kMostModes;
+  try {
+    Trial more = build_trial(request, richer, profile);
+    for (int k = usual; k < more.body.r(); ++k) {
+      if (patch_error(more, k) > kPatchError) continue;
+      trial = std::move(more);
+      return cut_between_clusters(trial.body.omega2, k);
+    }
+  } catch (const InputError&) {
+    // Too few nodes for so many.
+  } catch (const NumericsError&) {
+    // Round-off, or no time.
+  }
+  return usual;
+}
+
 // ---- figures ------------------------------------------------------------------------------------
 
 /// What the water adds to the modal mass of the first mode, kg: rho l times the integral of the
@@ -239,9 +276,11 @@ struct Figures {
   double size, volume, mass, young, dry, wet, sag;
   double damping;  // ratio to critical of the first mode
   int modes;
+  double patch_error;  // with these modes
 };
 
-Figures figures_of(const Archetype& a) {
+Figures figures_of(const Trial& trial, int modes) {
+  const Archetype& a = trial.body;
   Eigen::AlignedBox3d box;
   for (const Vec3& x : a.surface.vertices) box.extend(x);
   Figures f;
@@ -254,7 +293,8 @@ Figures figures_of(const Archetype& a) {
   f.wet = f.dry / std::sqrt(1.0 + added_modal_mass(a) / a.M_r(0, 0));
   f.sag = kGravity / omega2 / f.size;
   f.damping = std::numbers::pi * f.dry * kBeta;
-  f.modes = a.r();
+  f.modes = modes;
+  f.patch_error = patch_error(trial, modes);
   return f;
 }
 
@@ -264,6 +304,11 @@ std::string size_text(const Figures& f) {
 
 std::string mode_text(const Figures& f) {
   return phrase(f.dry, " Hz dry, about ", f.wet, " Hz in water");
+}
+
+std::string patches_text(const Figures& f) {
+  return phrase("small deflections under loads on patches ", 100 * f.patch_error,
+                " % off in the mean");
 }
 
 constexpr char kSofter[] =
@@ -283,7 +328,7 @@ std::string summary_of(const ProposeRequest& request, const Draft& draft, const 
   line(text, "young", two_digits(f.young) + " Pa");
   line(text, "first mode", mode_text(f));
   line(text, "sag", phrase(100 * f.sag, " % of its size under its own weight"));
-  line(text, "modes", std::to_string(f.modes));
+  line(text, "modes", phrase(f.modes, ", ", patches_text(f)));
   line(text, "stiffer", kSofter);
   return text.str();
 }
@@ -298,6 +343,7 @@ void add_comments(const ProposeRequest& request, const Archetype& a, const Figur
                      phrase("; sags by ", 100 * f.sag, " % of its size under its own weight.\n") +
                      "# " + kSofter + ".\n";
   draft.damping = phrase("first mode: ", 100 * f.damping, " % of critical");
+  draft.few_modes = patches_text(f);
   draft.young = f.young;
   draft.modes = f.modes;
   if (request.density > kWaterDensity) draft.above += "Sinks. ";
@@ -324,9 +370,10 @@ std::string size_warning(double size, double scale) {
 
 Proposal propose_body(const ProposeRequest& request, Log& log, Profile& profile) {
   Draft draft;
-  const Trial trial = first_that_builds(request, draft, log, profile);
+  Trial trial = first_that_builds(request, draft, log, profile);
+  const int modes = enough_modes(request, draft, trial, profile);
   const Archetype& a = trial.body;
-  const Figures f = figures_of(a);
+  const Figures f = figures_of(trial, modes);
   Proposal proposal;
   proposal.summary = summary_of(request, draft, a, f);
   proposal.warning = size_warning(f.size, request.scale);

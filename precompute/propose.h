@@ -24,7 +24,8 @@ struct Proposal {
 };
 
 /// Looks at a mesh: as many tets as pass the quality gate (4000 or, where they fail, up to 16000),
-/// a repair where the surface needs one, and the Young's modulus of proposed_young(). The log gets
+/// a repair where the surface needs one, the Young's modulus of proposed_young(), and 10 modes or, up
+/// to 30, as many as bring small deflections under loads on patches within 15 %. The log gets
 /// what intake did and why an attempt failed. Throws what building the last attempt throws.
 Proposal propose_body(const ProposeRequest& request, Log& log, Profile& profile);
 

@@ -57,7 +57,8 @@ if(TARGET archetide_precompute)
   target_link_libraries(test_unit_precompute PRIVATE PkgConfig::HDF5)
   add_dependencies(test_unit_precompute archetide-precompute)
   target_compile_definitions(test_unit_precompute PRIVATE
-                             ARCHETIDE_CORPUS="${CMAKE_SOURCE_DIR}/tests/fuzz/corpus")
+                             ARCHETIDE_CORPUS="${CMAKE_SOURCE_DIR}/tests/fuzz/corpus"
+                             ARCHETIDE_SOURCES="${CMAKE_SOURCE_DIR}")
   set_source_files_properties(tests/unit/precompute/interrupt_test.cpp
     tests/unit/precompute/command_line_test.cpp PROPERTIES COMPILE_DEFINITIONS
     ARCHETIDE_PRECOMPUTE_BIN="$<TARGET_FILE:archetide-precompute>")

@@ -38,6 +38,7 @@ BuildRecord parsed(const Json& in) {
   r.seconds = pairs(in.at("seconds"));
   r.memory = pairs(in.at("peak_memory_bytes"));
   r.notes = in.at("notes").get<std::vector<std::string>>();
+  r.patch_error_of_modes = in.at("patch_error_of_modes").get<std::vector<double>>();
   const Json& surface = in.at("input_surface");
   r.surface_volume = surface.at("volume");
   r.surface_area = surface.at("area");
@@ -64,6 +65,7 @@ void write_record(const std::string& archetype_path, const BuildRecord& r) {
   out["seconds"] = pairs(r.seconds);
   out["peak_memory_bytes"] = pairs(r.memory);
   out["notes"] = r.notes;
+  out["patch_error_of_modes"] = r.patch_error_of_modes;
   out["input_surface"] = {{"volume", r.surface_volume},
                           {"area", r.surface_area},
                           {"center", numbers(r.surface_centroid)},

@@ -18,6 +18,9 @@ struct BuildRecord {
   std::vector<std::pair<std::string, double>> seconds;  // of each phase
   std::vector<std::pair<std::string, double>> memory;  // peak so far at the end of each step, bytes
   std::vector<std::string> notes;                      // what intake changed
+  // Static deflections under loads on patches with the first 1, 2, ... modes against those of all
+  // nodes: largest difference over largest displacement, in the mean.
+  std::vector<double> patch_error_of_modes;
   // The accepted surface, exact by the divergence theorem, at density 1; volume 0: there was none.
   double surface_volume = 0.0, surface_area = 0.0;  // m^3, m^2
   Vec3 surface_centroid = Vec3::Zero();             // m, in the coordinates of the input mesh

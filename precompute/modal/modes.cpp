@@ -10,6 +10,7 @@
 #include "common/archetype/mode_cluster.h"
 #include "common/base/check.h"
 #include "common/base/input_error.h"
+#include "precompute/base/bounding_diagonal.h"
 #include "precompute/base/joined.h"
 #include "precompute/modal/canonical_basis.h"
 #include "precompute/modal/complete_modes.h"
@@ -17,6 +18,7 @@
 #include "precompute/modal/momentum_integrals.h"
 #include "precompute/modal/nonlinear_modes.h"
 #include "precompute/modal/ordering.h"
+#include "precompute/modal/patch_loads.h"
 
 namespace archetide {
 namespace {
@@ -26,12 +28,6 @@ constexpr double kRigidEnergy = 1e-9;  // K-energy of rigid vectors, in units of
 constexpr double kOrthonormality = 1e-10;
 constexpr double kRigidContent = 1e-12;
 constexpr double kSturmGap = 1e-6;  // smallest relative gap in which an eigenvalue count is trusted
-
-double bounding_diagonal(const std::vector<Vec3>& nodes) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : nodes) box.extend(x);
-  return box.diagonal().norm();
-}
 
 /// The six rigid motions of the rest shape, M-orthonormal, 3n x 6: translations, then rotations
 /// about the principal axes.
@@ -278,6 +274,30 @@ void find_every_motion(const TetMesh& mesh, const MaterialField& material,
   check_modes(p, options, result);
 }
 
+/// What the basis, and the first modes of it alone, tell of the static answers to `loads` (3n x k).
+void find_patch_errors(const MatX& loads, const Problem& p, ShiftedCholesky& factor,
+                       ModesResult& result) {
+  const int vibration = result.vibration_modes();
+  const MatX modes = result.node_modes.leftCols(vibration);
+  const MatX basis = side_by_side(p.rigid, modes);
+  const StaticSolver beyond_modes(p.K, p.mass, factor, basis);
+  const Eigen::LDLT<MatX> stiffness(result.K_r);
+  std::vector<DeflectionError> of_modes(static_cast<std::size_t>(vibration));
+  for (Eigen::Index l = 0; l < loads.cols(); ++l) {
+    const VecX q = (modes.transpose() * loads.col(l)).cwiseQuotient(result.omega2.head(vibration));
+    const VecX whole = modes * q + beyond_modes.respond(loads.col(l));
+    VecX part = VecX::Zero(whole.size());
+    for (int k = 0; k < vibration; ++k) {
+      part += q[k] * modes.col(k);
+      of_modes[static_cast<std::size_t>(k)].add(part, whole, loads.cols());
+    }
+    result.patch_error.add(
+        result.node_modes * stiffness.solve(result.node_modes.transpose() * loads.col(l)), whole,
+        loads.cols());
+  }
+  for (const DeflectionError& error : of_modes) result.patch_error_of_modes.push_back(error.mean);
+}
+
 }  // namespace
 
 ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
@@ -347,10 +367,14 @@ ModesResult compute_modes(const TetMesh& mesh, const MaterialField& material,
                                     p.rigid, result.node_modes, result.omega2, kept),
                   p.K, result);
   }
-  factor.reset();
 
   timer.emplace(profile, "integrals");
   check_modes(p, options, result);
+  if (options.clamped.empty()) {
+    timer.emplace(profile, "patches");
+    find_patch_errors(patch_loads(mesh), p, *factor, result);
+  }
+  factor.reset();
 
   // What was left out.
   result.next_omega2 = found.values[kept];

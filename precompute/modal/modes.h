@@ -7,6 +7,7 @@
 #include "common/base/input_error.h"
 #include "common/base/profile.h"
 #include "precompute/modal/elasticity.h"
+#include "precompute/modal/patch_loads.h"
 #include "precompute/modal/static_responses.h"
 
 namespace archetide {
@@ -63,6 +64,10 @@ struct ModesResult {
   double sturm_shift = 0.0;     // mu of the eigenvalue count, 1/s^2 (0 = not counted)
   int sturm_count = 0;          // eigenvalues of (K, M) below mu, 6 rigid ones included
   int operator_calls = 0;       // solves with the factor
+  /// Static deflections under patch_loads against those of all nodes, and the mean of that with the
+  /// first 1, 2 ... vibration modes alone; of free bodies with modes.
+  DeflectionError patch_error;
+  std::vector<double> patch_error_of_modes;
 
   int vibration_modes() const { return int(omega2.size()) - static_count; }
 };

@@ -10,12 +10,6 @@
 namespace archetide {
 namespace {
 
-MatX side_by_side(const MatX& a, const MatX& b) {
-  MatX both(a.rows(), a.cols() + b.cols());
-  both << a, b;
-  return both;
-}
-
 /// What is orthogonal in M to the basis, twice for round-off.
 void remove(const MatX& basis, const SparseMatrix& mass, MatX& x) {
   const MatX weighted = apply_mass(mass, basis);

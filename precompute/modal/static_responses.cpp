@@ -15,12 +15,6 @@ constexpr double kDependent = 1e-6;  // smallest eigenvalue of the responses' Gr
 constexpr int kMaxPasses = 200;
 constexpr double kAccuracy = 1e-10;  // of the static solution, relative
 
-MatX side_by_side(const MatX& a, const MatX& b) {
-  MatX both(a.rows(), a.cols() + b.cols());
-  both << a, b;
-  return both;
-}
-
 double normal_displacement(const BoundaryPoint& point, const Eigen::Ref<const VecX>& mode) {
   Vec3 u = Vec3::Zero();
   for (int i = 0; i < point.count; ++i) u += point.N[i] * mode.segment<3>(3 * point.nodes[i]);
@@ -94,6 +88,12 @@ MatX responses(const MatX& loads, const SparseMatrix& K, const SparseMatrix& mas
 }
 
 }  // namespace
+
+MatX side_by_side(const MatX& a, const MatX& b) {
+  MatX both(a.rows(), a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
 
 StaticSolver::StaticSolver(const SparseMatrix& K, const SparseMatrix& mass, ShiftedCholesky& factor,
                            const MatX& basis)

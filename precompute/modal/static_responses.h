@@ -48,6 +48,9 @@ class StaticSolver {
   MatX weighted_;  // M Phi
 };
 
+/// The columns of a, then those of b.
+MatX side_by_side(const MatX& a, const MatX& b);
+
 /// M-orthonormal vectors of the same space that diagonalise K, ascending; dependent directions are
 /// dropped.
 MatX rayleigh_ritz(const MatX& x, const SparseMatrix& K, const SparseMatrix& mass);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -440,6 +441,47 @@ TEST(EigenvalueCount, EqualsTheNumberOfEigenvaluesBelow) {
     EXPECT_EQ(count_eigenvalues_below(K, M, modes.omega2[k] * (1.0 + 1e-7), ordering), 6 + k + 1);
   // Far up the spectrum most fronts are indefinite; all eigenvalues lie below a huge shift.
   EXPECT_EQ(count_eigenvalues_below(K, M, 1e12, ordering), int(K.rows()));
+}
+
+// Static answers of all nodes by dense elimination, rigid motions held at zero momentum: K u + M J l =
+// f less what rigid motion takes of it, J^T M u = 0.
+TEST(Modes, PatchErrorsAreThoseOfDenseStatics) {
+  TetrahedralizeOptions options;
+  options.target = 200;
+  options.mesher = Mesher::kGmsh;
+  TetMesh mesh = tetrahedralize(shapes::box(Vec3(4.0, 1.0, 1.0), 4), options).mesh;
+  move_to_centre_of_mass(mesh);
+  const ModesResult modes = modes_of(mesh, 6);
+  const SparseMatrix mass = mass_matrix(mesh, kRubber, modes.mass);
+  const Eigen::Index n = 3 * Eigen::Index(mesh.nodes.size()), r = modes.omega2.size();
+  MatX J(n, 6);
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      J.block<3, 1>(3 * Eigen::Index(i), k) = Vec3::Unit(k);
+      J.block<3, 1>(3 * Eigen::Index(i), 3 + k) = Vec3::Unit(k).cross(mesh.nodes[i]);
+    }
+  const MatX MJ = apply_mass(mass, J);
+  MatX A = MatX::Zero(n + 6, n + 6);
+  A.topLeftCorner(n, n) = MatX(stiffness_matrix(mesh, kRubber));
+  A.topRightCorner(n, 6) = MJ;
+  A.bottomLeftCorner(6, n) = MJ.transpose();
+  const MatX loads = patch_loads(mesh);
+  MatX right = MatX::Zero(n + 6, loads.cols());
+  right.topRows(n) = loads - MJ * (J.transpose() * MJ).inverse() * (J.transpose() * loads);
+  const MatX u = A.fullPivLu().solve(right).topRows(n);
+  ASSERT_EQ(modes.patch_error_of_modes.size(), std::size_t(r));
+  for (Eigen::Index k = 1; k <= r; ++k) {
+    const MatX S = modes.node_modes.leftCols(k);
+    const MatX told =
+        S * modes.omega2.head(k).cwiseInverse().asDiagonal() * (S.transpose() * loads);
+    double mean = 0.0;
+    for (Eigen::Index l = 0; l < loads.cols(); ++l)
+      mean += (told - u).col(l).cwiseAbs().maxCoeff() / u.col(l).cwiseAbs().maxCoeff();
+    mean /= double(loads.cols());
+    EXPECT_NEAR(modes.patch_error_of_modes[std::size_t(k - 1)], mean, 1e-8 * mean) << k;
+  }
+  EXPECT_NEAR(modes.patch_error.mean, modes.patch_error_of_modes.back(), 1e-10);
+  EXPECT_GE(modes.patch_error.worst, modes.patch_error.mean);
 }
 
 }  // namespace
