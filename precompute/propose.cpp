@@ -227,7 +227,7 @@ Trial first_that_builds(const ProposeRequest& request, Draft& draft, Log& log, P
   return std::move(*trial);
 }
 
-// ---- how many modes ----------------------------------------------------------------------------
+// ---- how many modes -----------------------------------------------------------------------------
 
 constexpr double kPatchError = 0.15;  // that is small enough: the mean with the first modes
 constexpr int kMostModes = 30;
