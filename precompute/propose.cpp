@@ -236,9 +236,9 @@ double patch_error(const Trial& trial, int modes) {
   return trial.patch_error_of_modes[static_cast<std::size_t>(modes - 1)];
 }
 
-/// The usual number of modes or, where more of them, up to kMostModes, bring small deflections under
-/// loads on patches within kPatchError, as few as that takes: limbs need more, while compact bodies
-/// are dented, which hardly any number of modes tells. The trial then has at least so many.
+/// The usual number of modes; where these leave small deflections under loads on patches further
+/// off than kPatchError and up to kMostModes do not, as few as that takes. Limbs need more, while
+/// compact bodies are dented, which hardly any number of modes tells. The trial then has so many.
 int enough_modes(const ProposeRequest& request, const Draft& draft, Trial& trial,
                  Profile& profile) {
   const int usual = trial.body.r();
