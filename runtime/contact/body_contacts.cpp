@@ -102,7 +102,7 @@ void share_pinches(std::vector<BodyContact>& contacts) {
       if (d->a == overlaps[k]->a && d->normal.dot(overlaps[k]->normal) < kFacing)
         opposed[k] = std::min(opposed[k], d->gap);
   for (std::size_t k = 0; k < overlaps.size(); ++k)
-    overlaps[k]->gap = std::min(0.0, 0.5 * (overlaps[k]->gap - opposed[k]));
+    if (opposed[k] < 0.0) overlaps[k]->gap = std::min(0.0, 0.5 * (overlaps[k]->gap - opposed[k]));
 }
 
 bool in_order(const ContactForce& p, const ContactForce& q) {

@@ -203,6 +203,32 @@ TEST(ContactSystem, ImpulsesPushObeyCoulombAndStopTheApproach) {
   }
 }
 
+// Deepest gap that the contacts of a ball of radius 0.1 m are to take back, in a tank whose low sides
+// are at 0, m.
+double deepest_to_take_back(const Vec3& position, const Vec3& high, const Sides& closed) {
+  std::vector<ReducedBody> bodies = {
+      make_body(rigid_surface_archetype(icosphere(3, 0.1), 1000.0), 0)};
+  bodies[0].position = position;
+  const BodyContacts contacts(frictional(0.0), bodies,
+                              Surroundings(Vec3::Zero(), high, closed, {}, 0.01));
+  double deepest = INFINITY;
+  for (const BodyContact& c : contacts.reachable_contacts(bodies, {0.0}, 1e-3).contacts)
+    deepest = std::min(deepest, c.gap);
+  return deepest;
+}
+
+// All of an overlap with the floor is taken back; of overlaps with two walls that face each other half
+// of their difference.
+TEST(Surroundings, OnlyWhatIsPinchedSharesItsOverlap) {
+  constexpr double kSagitta = 2e-4;  // of the ball's facets, m
+  Sides closed{};
+  closed[kZMin] = true;
+  EXPECT_NEAR(deepest_to_take_back(Vec3(0.5, 0.5, 0.095), Vec3::Ones(), closed), -5e-3, kSagitta);
+  closed[kXMin] = closed[kXMax] = true;
+  EXPECT_NEAR(deepest_to_take_back(Vec3(0.095, 0.5, 0.5), Vec3(0.193, 1.0, 1.0), closed), -1.5e-3,
+              kSagitta);  // overlaps of 5 and 2 mm
+}
+
 TEST(Surroundings, ObstaclesAndWallsAreMetAtTheirSurfaces) {
   const auto ball = rigid_surface_archetype(icosphere(3, 0.1), 1000.0);
   std::vector<ReducedBody> bodies = {make_body(ball, 0)};
