@@ -102,7 +102,7 @@ struct Draft {
   int modes = ModesOptions().count;
   bool slender = false;  // round-off keeps the modes from their usual residual
   std::string above, scale = "mesh units to metres", tets, first_mode, damping,
-                     few_modes;  // comments
+                     patches;  // comments
 };
 
 std::string body_text(const ProposeRequest& request, const Draft& d) {
@@ -119,7 +119,7 @@ std::string body_text(const ProposeRequest& request, const Draft& d) {
           ", young = " + two_digits(d.young) + ", " + setting("poisson", number(kPoisson)) + " }\n";
   text += commented("damping = { alpha = 0.0, " + setting("beta", number(kBeta)) + " }", d.damping);
   if (!d.slender)
-    return text + commented(fmt::format("modes = {{ count = {} }}", d.modes), d.few_modes);
+    return text + commented(fmt::format("modes = {{ count = {} }}", d.modes), d.patches);
   return text + commented(fmt::format("modes = {{ count = {}, residual = {} }}", d.modes,
                                       kSlenderResidual),
                           "slender: round-off keeps it above the usual 1e-8");
@@ -343,7 +343,7 @@ void add_comments(const ProposeRequest& request, const Archetype& a, const Figur
                      phrase("; sags by ", 100 * f.sag, " % of its size under its own weight.\n") +
                      "# " + kSofter + ".\n";
   draft.damping = phrase("first mode: ", 100 * f.damping, " % of critical");
-  draft.few_modes = patches_text(f);
+  draft.patches = patches_text(f);
   draft.young = f.young;
   draft.modes = f.modes;
   if (request.density > kWaterDensity) draft.above += "Sinks. ";

@@ -38,7 +38,7 @@ BuildRecord parsed(const Json& in) {
   r.seconds = pairs(in.at("seconds"));
   r.memory = pairs(in.at("peak_memory_bytes"));
   r.notes = in.at("notes").get<std::vector<std::string>>();
-  r.patch_error_of_modes = in.at("patch_error_of_modes").get<std::vector<double>>();
+  r.patch_error_of_modes = in.value("patch_error_of_modes", std::vector<double>());
   const Json& surface = in.at("input_surface");
   r.surface_volume = surface.at("volume");
   r.surface_area = surface.at("area");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "precompute/base/bounding_diagonal.h"
 #include "precompute/modal/nonlinear_elasticity.h"
 #include "precompute/modal/nonnegative_fit.h"
 #include "precompute/modal/static_balance.h"
@@ -37,9 +38,7 @@ MatX strain_coordinates(const ElasticCubature& all) {
 VecX amplitudes(const TetMesh& mesh, const ElasticCubature& all, const MatX& basis, const MatX& K_r,
                 double largest_strain) {
   constexpr double kLargestWay = 0.35;  // of the diagonal
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : mesh.nodes) box.extend(x);
-  const double way = kLargestWay * box.diagonal().norm();
+  const double way = kLargestWay * bounding_diagonal(mesh.nodes);
   const double energy = largest_strain * largest_strain * all.weights.dot(all.mu);
   VecX a(basis.cols());
   for (Eigen::Index i = 0; i < a.size(); ++i)

@@ -22,8 +22,8 @@ struct TrainedCubature {
 
 /// Chooses points and weights >= 0 such that the reduced elastic forces of NeoHookean material are
 /// those of all tets [AKJ08]: in the linear range, and in poses that are in balance under random
-/// loads, compression included; where tets are inside out, only roughly. `basis`: 3n x r, its stiffness `K_r` (r x r), r > 0. The same input
-/// gives the same points.
+/// loads, compression included; where tets are inside out, only roughly. `basis`: 3n x r, its
+/// stiffness `K_r` (r x r), r > 0. The same input gives the same points.
 TrainedCubature train_cubature(const TetMesh& mesh, const MaterialField& material,
                                const MatX& basis, const MatX& K_r, const CubatureOptions& options);
 
