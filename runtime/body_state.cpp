@@ -54,6 +54,11 @@ void body_fields(StateArchive& a, const std::string& name, std::vector<ReducedBo
   each<VecX>(
       a, name + "/last_way", bodies, [](Body& b) -> VecX& { return b.last_way; },
       [](const Body& b, const VecX& y) { return y.size() == 0 || y.size() == b.dofs(); });
+  each<VecX>(
+      a, name + "/last_push", bodies, [](Body& b) -> VecX& { return b.last_push; },
+      [](const Body& b, const VecX& f) {
+        return f.size() == 0 || (f.size() == b.r && b.archetype->nonlinear());
+      });
   constexpr double kRoundOff = 1e-6;
   for (const Body& b : bodies)
     if (std::abs(b.rotation.norm() - 1.0) > kRoundOff)

@@ -6,7 +6,9 @@
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
 #include "runtime/numerics/parallel.h"
+#include "runtime/solid/nonlinear_motion.h"
 #include "runtime/statistics.h"
+#include "runtime/step_size.h"
 
 namespace archetide {
 namespace {
@@ -83,23 +85,62 @@ bool lock_modes(SimulationState& s, const std::vector<StageResult>& results,
                      [](const StageBody& body) { return body.at.locked.size() > 0; });
 }
 
-// Eqs. 45 and 49 with h = dt/2; once more if modes are to be locked, so that the water meets modes
-// that do not move. False if it does not converge.
+// What elastic forces that are linear about other rates than nonlinear bodies got leave out (S13b), of
+// these rates: the largest. Where it is more than little the next solve's forces are linear about
+// the rates of this one.
+constexpr double kLittleRest = 0.05, kMostRest = 0.5;
+
+double rates_to_linearise_about(const std::vector<StageResult>& results, double dt,
+                                std::vector<StageBody>& stage) {
+  std::vector<double> share(stage.size(), 0.0);
+  for_each_large(stage.size(), [&](std::size_t b) {
+    const ReducedBody& body = *stage[b].body;
+    if (body.r == 0 || !body.archetype->nonlinear()) return;
+    const FreeMotion& motion = results[b].motion;
+    const VecX q_dot = results[b].y.tail(body.r),
+               rest = rest_of_linear_force(body, motion, q_dot, dt);
+    const auto energy = [&](const VecX& v) { return v.dot(motion.H.modal_product(v)); };
+    share[b] = std::sqrt(energy(rest) / std::max(energy(q_dot), 1e-300));
+    if (share[b] > kLittleRest) stage[b].at.linear_about = q_dot;
+  });
+  return share.empty() ? 0.0 : *std::max_element(share.begin(), share.end());
+}
+
+// Eqs. 45 and 49 with h = dt/2; again while that helps to make forces of nonlinear bodies linear about
+// the rates that come out [D74], and once more if modes are to be locked, so that the water meets modes
+// that do not move. False if it does not converge, or leaves too much of these forces out.
 bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
                      GroupContacts& reachable, std::vector<StageResult>& results,
-                     SolveReport& report) {
+                     StepReport& report) {
+  constexpr int kMostSolves = 4;
+  constexpr double kLess = 0.7;  // of the rest before
   const auto couple = [&] {
-    report = s.coupling.couple(Stage::kPositionHalf, dt, {&s.water.fluid().phi}, stage,
-                               s.water.half_velocity(), results, if_together(s, reachable),
-                               s.water.narrow_flow());
-    return report.converged;
+    report.position.add(s.coupling.couple(Stage::kPositionHalf, dt, {&s.water.fluid().phi}, stage,
+                                          s.water.half_velocity(), results,
+                                          if_together(s, reachable), s.water.narrow_flow()));
+    return report.position.converged;
+  };
+  const auto couple_again = [&] {
+    s.water.restore_half();
+    s.coupling.keep_loads();
+    reachable.start = reachable.forces;
+    return couple();
   };
   if (!couple()) return false;
+  double rest = rates_to_linearise_about(results, dt, stage), before = INFINITY;
+  int solves = 1;
+  for (; rest > kLittleRest && rest < kLess * before && solves < kMostSolves; ++solves) {
+    before = rest;
+    if (!couple_again()) return false;
+    rest = rates_to_linearise_about(results, dt, stage);
+  }
+  if (rest > kMostRest) {
+    if (may_halve(s.options, report, kMostForEnergy)) return false;
+    for (StageBody& body : stage) body.at.linear_about.resize(0);
+    if (solves > 1 && !couple_again()) return false;
+  }
   if (!lock_modes(s, results, reachable.forces, dt, stage)) return true;
-  s.water.restore_half();
-  s.coupling.keep_loads();
-  reachable.start = reachable.forces;
-  return couple();
+  return couple_again();
 }
 
 // Size of the smallest jointed body, m.
@@ -174,6 +215,12 @@ std::vector<Vec3> read_back(const std::vector<Vec3>& before, const ReducedBody& 
   return points;
 }
 
+// Modal force of what pushed a nonlinear body in the stage, beyond its free motion, r, N m.
+VecX push_of_stage(const StageResult& result, double dt) {
+  const auto r = result.y.size() - 6;
+  return 2.0 / dt * result.motion.H.modal_product((result.y - result.motion.y_star).tail(r));
+}
+
 // x^{n+1} = x^n + dt v^{n+1/2} (S9). False if a joint stays open.
 bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& stage,
                  const std::vector<StageResult>& results, HalfStep& half, StepAttempt& attempt) {
@@ -191,6 +238,7 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
   for_each_large(bodies, [&](std::size_t b) { wet_points(s.bodies[b], before[b]); });
   for (std::size_t b = 0; b < bodies; ++b) {
     s.bodies[b].last_way = y[b];
+    if (results[b].motion.slope.size() > 0) s.bodies[b].last_push = push_of_stage(results[b], dt);
     half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
                                           stage[b].at.locked));
   }
@@ -213,8 +261,7 @@ std::optional<HalfStep> advance_positions(SimulationState& s, double dt, StepAtt
   s.water.advect_to_half(dt);  // Eq. 22
   std::vector<StageBody> stage = bodies_of_stage(s, dt);
   std::vector<StageResult> results;
-  if (!solve_half_step(s, dt, stage, half.reachable, results, attempt.report.position))
-    return std::nullopt;
+  if (!solve_half_step(s, dt, stage, half.reachable, results, attempt.report)) return std::nullopt;
   if (s.body_contacts) {
     timer.hand_over("contact", s.coupling.contact_seconds());
     s.body_contacts->memory.position = half.reachable.forces;

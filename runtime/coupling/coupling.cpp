@@ -46,15 +46,31 @@ void Coupling::meet_water(Stage stage, double dt, const FreeSurface& surface,
 
 // Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
 // pressure (S7).
-void Coupling::move_freely(Stage stage, double dt, const StageBody& in, const VecX& hydro,
-                           StageResult& out) const {
+namespace {
+
+// What a load of stiffness K has where free_motion() takes it to be read beyond what it has at
+// `met`, r: in the first stage both normals and pressure belong to the guess of the middle, in the
+// second the normals to the end of the way.
+VecX load_at_start(Stage stage, const StageBody& in, const ReducedBody& met,
+                   const HydrostaticStiffness& K) {
+  if (stage == Stage::kPositionHalf) return K.whole * (met.q - in.body->q);
+  return K.of_normals * (met.q - in.at.q);
+}
+
+}  // namespace
+
+void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBody& in,
+                           const Loads& loads, StageResult& out) const {
   const ReducedBody& body = *in.body;
   const double h = stage_seconds(stage, dt);
   VecX weight = VecX::Zero(body.dofs());
   weight.head<3>() = body_mass(body) * options_.hydrostatics.gravity;
+  const VecX& hydro = loads.hydrostatic[b];
   VecX force = weight + hydro;
   if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
-  out.motion = free_motion(body, in.at, force, dt, stage, options_.modal);
+  const HydrostaticStiffness& K = loads.stiffness[b];
+  if (K.whole.size() > 0) force.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
+  out.motion = free_motion(body, in.at, force, dt, stage, options_.modal, K.whole);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);
   out.water_impulse = h * hydro;
@@ -138,7 +154,7 @@ void Coupling::start_nodes(std::size_t b, const GeneralisedMass& H, const MacFie
 // What the solve knows of a body: y*, H^-1 and F.
 void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody& in,
                           const Loads& loads, const MacField& u, CoupledBody& c, StageResult& out) {
-  move_freely(stage, dt, in, loads.hydrostatic[b], out);
+  move_freely(stage, dt, b, in, loads, out);
   c.y_star = out.motion.y_star;
   if (in.body->nodes) {
     start_nodes(b, out.motion.H, u, c);

@@ -11,6 +11,7 @@
 #include "runtime/contact/body_contacts.h"
 #include "runtime/contact/wall_contact.h"
 #include "runtime/coupling/coupled_solve.h"
+#include "runtime/coupling/hydrostatic_stiffness.h"
 #include "runtime/coupling/impulses.h"
 #include "runtime/coupling/water_motion.h"
 #include "runtime/cut_cells/voxel_faces.h"
@@ -155,10 +156,12 @@ class Coupling {
   struct Loads {
     std::vector<VecX> hydrostatic;  // N, N m
     std::vector<VecX> displaced;    // owed to displaced water (C22), N s, N m s; empty: none
+    std::vector<HydrostaticStiffness> stiffness;  // of nonlinear bodies, else empty
   };
   Loads stage_loads(Stage stage, double dt, const FreeSurface& surface,
                     const std::vector<StageBody>& bodies);
   std::vector<VecX> hydrostatic_loads(const std::vector<StageBody>& bodies) const;
+  std::vector<HydrostaticStiffness> load_stiffnesses(const std::vector<StageBody>& bodies) const;
   void remember_places();
   std::vector<VecX> displaced_pushes(const FreeSurface& surface, double dt) const;
 
@@ -167,7 +170,7 @@ class Coupling {
                   const std::vector<StageBody>& bodies);
   void assemble(const FreeSurface& surface);
   const InnerFlow& inner_flow_of(const Archetype& archetype);
-  void move_freely(Stage stage, double dt, const StageBody& in, const VecX& hydro,
+  void move_freely(Stage stage, double dt, std::size_t b, const StageBody& in, const Loads& loads,
                    StageResult& out) const;
   MatX water_beside(std::size_t b, const MatX& H, CoupledBody& coupled);
   void add_carried_water(std::size_t b, const MatX& H, const MacField& u, CoupledBody& coupled);

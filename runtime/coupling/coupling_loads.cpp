@@ -32,6 +32,19 @@ std::vector<VecX> Coupling::hydrostatic_loads(const std::vector<StageBody>& bodi
   return loads;
 }
 
+// Of bodies that deform far the load of a stage follows the shape as it changes [D74].
+std::vector<HydrostaticStiffness> Coupling::load_stiffnesses(
+    const std::vector<StageBody>& bodies) const {
+  std::vector<HydrostaticStiffness> stiffnesses(bodies.size());
+  if (!wet()) return stiffnesses;
+  for_each_large(bodies.size(), [&](std::size_t b) {
+    const ReducedBody& body = *bodies[b].body;
+    if (body.r > 0 && body.archetype->nonlinear() && !skinned_[b])
+      stiffnesses[b] = hydrostatic_stiffness(options_.grid, surfaces_[b], system_);
+  });
+  return stiffnesses;
+}
+
 // Where the water meets bodies and skins in the position stage.
 void Coupling::remember_places() {
   half_way_.clear();
@@ -61,7 +74,7 @@ std::vector<VecX> Coupling::displaced_pushes(const FreeSurface& surface, double 
 
 Coupling::Loads Coupling::stage_loads(Stage stage, double dt, const FreeSurface& surface,
                                       const std::vector<StageBody>& bodies) {
-  Loads loads{hydrostatic_loads(bodies), {}};
+  Loads loads{hydrostatic_loads(bodies), {}, load_stiffnesses(bodies)};
   if (!wet() || options_.geometry != Geometry::kCutCell) return loads;
   if (stage == Stage::kPositionHalf) remember_places();
   if (stage == Stage::kVelocityFull && surface.push)

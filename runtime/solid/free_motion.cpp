@@ -60,34 +60,59 @@ void take(ModalMotion&& modes, FreeMotion& motion) {
   motion.y_star.tail(modes.q_dot.size()) = modes.q_dot;
   motion.H.M_hat = std::move(modes.M_hat);
   motion.H.M_hat_factor = std::move(modes.M_hat_factor);
+  motion.slope = std::move(modes.slope);
 }
 
-/// Mass and fictitious forces belong to the middle of the step, which the pass before has found.
-void move_nonlinear_half(const ReducedBody& body, const VecX& force, double dt, ModalMass mass,
+/// Mass and fictitious forces of the middle of a step of a nonlinear body.
+struct MiddleTerms {
+  MatX M_q;
+  VecX fictitious;
+};
+MiddleTerms middle_terms(const ReducedBody& body, const VecX& q_dot, double dt, ModalMass mass,
                          FreeMotion& out) {
+  out.y_star.tail(body.r) = q_dot;
+  ReducedBody moved = body;
+  const Configuration middle = advance_pose(moved, out, out.y_star, dt);
+  const ConfigurationTerms there = configuration_terms(body, middle, mass);
+  return {there.M_q, fictitious_force(body, middle, there)};
+}
+
+/// Mass and fictitious forces belong to the middle of the step, which the pass before has found, and
+/// the elastic force is linear about the rates of that pass. What pushed the body in the last step
+/// is expected again: the solve finds it itself, but from rates that are no longer far off [D74].
+void move_nonlinear_half(const ReducedBody& body, const Configuration& at, const VecX& force,
+                         double dt, ModalMass mass, FreeMotion& out) {
   constexpr int kPasses = 2;  // with one a bent, spinning bar gains 3 % in 20 periods [D54]
-  const VecX first = fictitious_force(body, current_configuration(body), out.terms);
-  MatX M_q = out.terms.M_q;
-  ModalMotion modes = nonlinear_half_step(body, M_q, first + force, dt);
-  for (int pass = 0; pass < kPasses; ++pass) {
-    out.y_star.tail(body.r) = modes.q_dot;
-    ReducedBody moved = body;
-    const Configuration middle = advance_pose(moved, out, out.y_star, dt);
-    const ConfigurationTerms there = configuration_terms(body, middle, mass);
-    M_q = there.M_q;
-    modes = nonlinear_half_step(body, M_q, fictitious_force(body, middle, there) + force, dt,
-                                std::move(modes));
+  const MatX& K = out.load_stiffness;
+  if (at.linear_about.size() > 0) {
+    const MiddleTerms middle = middle_terms(body, at.linear_about, dt, mass, out);
+    out.linear_about = at.linear_about;
+    return take(nonlinear_half_step_about(body, at.linear_about, middle.M_q,
+                                          middle.fictitious + force, dt, K),
+                out);
   }
-  linearise(body, M_q, dt, modes);
+  const VecX push = body.last_push.size() == body.r ? body.last_push : VecX::Zero(body.r),
+             load = force + push,
+             first = fictitious_force(body, current_configuration(body), out.terms);
+  MatX M_q = out.terms.M_q;
+  ModalMotion modes = nonlinear_half_step(body, M_q, first + load, dt, K);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const MiddleTerms middle = middle_terms(body, modes.q_dot, dt, mass, out);
+    M_q = middle.M_q;
+    modes = nonlinear_half_step(body, M_q, middle.fictitious + load, dt, K, std::move(modes));
+  }
+  linearise(body, M_q, dt, K, modes);
+  out.linear_about = modes.q_dot;
+  modes.q_dot -= modes.M_hat_factor.solve(0.5 * dt * push);
   take(std::move(modes), out);
 }
 
 /// free_motion of the modes of a nonlinear body; the rest of `out` is done.
 void move_nonlinear(const ReducedBody& body, const Configuration& at, const VecX& force, double dt,
                     Stage stage, ModalMass mass, FreeMotion& out) {
-  if (stage == Stage::kPositionHalf) return move_nonlinear_half(body, force, dt, mass, out);
+  if (stage == Stage::kPositionHalf) return move_nonlinear_half(body, at, force, dt, mass, out);
   const VecX load = fictitious_force(body, at, out.terms) + force;
-  take(nonlinear_full_step(body, at, out.terms.M_q, load, dt), out);
+  take(nonlinear_full_step(body, at, out.terms.M_q, load, dt, out.load_stiffness), out);
 }
 
 double stage_length(double dt, Stage stage) {
@@ -163,7 +188,8 @@ GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTer
 }
 
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
-                       double dt, Stage stage, const ModalOptions& options) {
+                       double dt, Stage stage, const ModalOptions& options,
+                       const MatX& load_stiffness) {
   const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
   FreeMotion out;
   out.terms = configuration_terms(body, at, options.mass);
@@ -181,6 +207,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   momentum.segment<3>(3) = body.L + h * force.segment<3>(3);
 
   if (nonlinear) {
+    out.load_stiffness = load_stiffness;
     momentum.tail(body.r).setZero();
     out.y_star = out.H.solve(momentum);
     move_nonlinear(body, at, force.tail(body.r), dt, stage, options.mass, out);

@@ -13,7 +13,7 @@ namespace archetide {
 Mat3 outer_sum(const VecX& a, const VecX& b);
 
 /// Every node of an archetype's tets as a degree of freedom: what modes are to a reduced body, with
-/// S = 1 (docs/method.md, S13). Displacements u of the n nodes, 3 n numbers in the body frame, m,
+/// S = 1 (docs/method.md, S20). Displacements u of the n nodes, 3 n numbers in the body frame, m,
 /// without rigid motion of the rest shape: J_0^T M u = 0. Made once and shared by all instances.
 class NodalSpace {
  public:

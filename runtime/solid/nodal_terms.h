@@ -5,7 +5,7 @@
 
 namespace archetide {
 
-// What configuration_terms() reads of a body of nodes (S13): sums over its nodes in O(n). u: the
+// What configuration_terms() reads of a body of nodes (S20): sums over its nodes in O(n). u: the
 // displacement of the nodes, 3 n, m; Y = M y: their moments, 3 n, kg m; body frame.
 
 Moments nodal_moments(const ReducedBody& body, const VecX& u);

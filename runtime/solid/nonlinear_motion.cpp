@@ -14,6 +14,12 @@ MatX damping(const ReducedBody& body) {
          a.beta * a.K_r.topLeftCorner(body.r, body.r);
 }
 
+/// dt/2 K_h, what is implicit of the load beside C; 0 if it is empty.
+MatX load_damping(const ReducedBody& body, double dt, const MatX& load_stiffness) {
+  if (load_stiffness.size() == 0) return MatX::Zero(body.r, body.r);
+  return 0.5 * dt * load_stiffness;
+}
+
 // Gauss's rule on the way from 0 to 1.
 const double kFar = 0.5 * std::sqrt(0.6);
 const double kPoints[] = {0.5 - kFar, 0.5, 0.5 + kFar}, kShares[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -75,19 +81,21 @@ struct HalfStep {
     return residual(linear).norm() < residual(body.q_dot).norm() ? linear : body.q_dot;
   }
   void linearise(const VecX& v, ModalMotion& motion) const {
-    motion.M_hat = M_q + 0.5 * dt * C + 0.5 * dt * dt * mean_stiffness(V(), body.q, dt * v);
+    const MatX inert = M_q + 0.5 * dt * C;
+    motion.M_hat = inert + 0.5 * dt * dt * mean_stiffness(V(), body.q, dt * v);
     make_definite(M_q, motion);
+    motion.slope = motion.M_hat - inert;
   }
 };
 
 }  // namespace
 
 ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
-                                double dt, ModalMotion motion) {
+                                double dt, const MatX& load_stiffness, ModalMotion motion) {
   constexpr int kMostTurns = 30, kMostHalvings = 8;
   constexpr double kAccuracy = 1e-9;  // of the momentum of inertia and load
   constexpr double kSlow = 0.2;       // a turn that leaves more needs the stiffness where it stands
-  const HalfStep step{body, M_q, damping(body), load, dt};
+  const HalfStep step{body, M_q, damping(body) + load_damping(body, dt, load_stiffness), load, dt};
   if (motion.q_dot.size() == 0) motion.q_dot = step.start(motion);
   VecX rest = step.residual(motion.q_dot);
   const double goal = kAccuracy * ((M_q * body.q_dot).norm() + 0.5 * dt * load.norm() +
@@ -108,20 +116,41 @@ ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const 
   return motion;
 }
 
-void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion& motion) {
+void linearise(const ReducedBody& body, const MatX& M_q, double dt, const MatX& load_stiffness,
+               ModalMotion& motion) {
   const VecX no_load;
-  HalfStep{body, M_q, damping(body), no_load, dt}.linearise(motion.q_dot, motion);
+  const MatX C = damping(body) + load_damping(body, dt, load_stiffness);
+  HalfStep{body, M_q, C, no_load, dt}.linearise(motion.q_dot, motion);
+}
+
+ModalMotion nonlinear_half_step_about(const ReducedBody& body, const VecX& about, const MatX& M_q,
+                                      const VecX& load, double dt, const MatX& load_stiffness) {
+  const MatX C = damping(body) + load_damping(body, dt, load_stiffness);
+  const HalfStep step{body, M_q, C, load, dt};
+  ModalMotion motion;
+  step.linearise(about, motion);
+  motion.q_dot = about - motion.M_hat_factor.solve(step.residual(about));
+  return motion;
+}
+
+VecX rest_of_linear_force(const ReducedBody& body, const FreeMotion& motion, const VecX& q_dot,
+                          double dt) {
+  const ElasticCubature& V = body.archetype->elastic;
+  const VecX& about = motion.linear_about;
+  const VecX change = mean_force(V, body.q, dt * q_dot) - mean_force(V, body.q, dt * about);
+  return motion.H.modal_solve(0.5 * dt * change - motion.slope * (q_dot - about));
 }
 
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
-                                const VecX& load, double dt) {
+                                const VecX& load, double dt, const MatX& load_stiffness) {
   const VecX q_n = 2.0 * at.q - body.q, v = at.rates_of_force(), way = dt * v;
   const ElasticCubature& V = body.archetype->elastic;
   const MatX C = 0.5 * dt * damping(body);
   ModalMotion motion;
-  motion.M_hat = M_q + C + 0.5 * dt * dt * mean_stiffness(V, q_n, way);
+  motion.M_hat = M_q + C + 0.5 * dt * load_damping(body, dt, load_stiffness) +
+                 0.5 * dt * dt * mean_stiffness(V, q_n, way);
   make_definite(M_q, motion);
-  // Ĥ q̇ⁿ⁺¹ = (M_q − Δt/2 C − S) q̇ⁿ − Δt F(v) + 2 S v + Δt (g + f), S = Δt²/2 ∂F
+  // Ĥ q̇ⁿ⁺¹ = (M_q − Δt/2 C − S) q̇ⁿ − Δt F(v) + 2 S v + Δt (g + f), S = Δt²/2 ∂F + Δt²/4 K_h
   const MatX S = motion.M_hat - M_q - C;
   motion.q_dot = motion.M_hat_factor.solve((M_q - C - S) * body.q_dot + 2.0 * (S * v) +
                                            dt * (load - mean_force(V, q_n, way)));
@@ -140,7 +169,8 @@ double energy_of_linear_force(const ReducedBody& body, const Configuration& midd
   const ElasticCubature& V = body.archetype->elastic;
   const VecX q_n = 2.0 * middle.q - body.q, twice_mean = body.q_dot + q_dot,
              v = middle.rates_of_force();
-  const MatX S = motion.H.M_hat - motion.terms.M_q - 0.5 * dt * damping(body);
+  const MatX S = motion.H.M_hat - motion.terms.M_q -
+                 0.5 * dt * (damping(body) + load_damping(body, dt, motion.load_stiffness));
   const VecX impulse = dt * mean_force(V, q_n, dt * v) + S * (twice_mean - 2.0 * v);
   return V.energy(q_n + 0.5 * dt * twice_mean) - V.energy(q_n) - 0.5 * twice_mean.dot(impulse);
 }

@@ -17,4 +17,10 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
                               const FreeMotion& motion, const VecX& q_dot, double dt);
 
+/// Rates that the position stage leaves out where the elastic force is linear about other rates than
+/// the q_dot (r) that came out: M_hat^-1 dt/2 (F(q_dot) - what the stage took for it), r (S13b).
+/// `motion`: of the stage.
+VecX rest_of_linear_force(const ReducedBody& body, const FreeMotion& motion, const VecX& q_dot,
+                          double dt);
+
 }  // namespace archetide

@@ -25,7 +25,7 @@ struct ModalOptions {
 
 /// One instance of an archetype: pose, momenta, modal state [SLYF15]. r = 0 is a rigid body through
 /// the same code, and so is a body of nodes: every degree of freedom of its tets is a mode, S = 1
-/// (S13). World frame unless the name ends in _body.
+/// (S20). World frame unless the name ends in _body.
 struct ReducedBody {
   std::shared_ptr<const Archetype> archetype;
   double mass_scale = 1.0;  // density / archetype density; scales every mass, leaves K alone
@@ -38,6 +38,9 @@ struct ReducedBody {
   VecX q;                            // r, modal displacement, 1 (S has unit m)
   VecX q_dot;                        // r, 1/s
   VecX last_way;  // 6 + r, y of the last step's way, v^{n-1/2}; empty: no step with two solves yet
+  // Of a nonlinear body, r: modal force that water, contacts and joints gave it in the position stage
+  // of the last step, N m; empty as last_way.
+  VecX last_push;
 
   std::shared_ptr<const NodalSpace> nodes = nullptr;  // S = 1, r = 3 n; null: stored modes
   // Of its archetype, the surface that water and contacts meet; null: the body's own.
@@ -62,8 +65,9 @@ struct Configuration {
   // Of an impact that lasts no time, s: modes meet the mass of a step of this length, so that what is
   // stiff for it does not ring, and no force acts. 0: none.
   double impact_step = 0.0;
-  // Of a nonlinear body: the rates, r, that the elastic force of the velocities stage is linear about
-  // (docs/method.md, S14), or empty: q_dot.
+  // Of a nonlinear body: the rates, r, that the elastic force is linear about (docs/method.md, S13a,
+  // S14), or empty: in the position stage those that last_push would give, in the velocities stage
+  // q_dot.
   VecX linear_about = VecX();
 
   const VecX& rates_of_force() const { return linear_about.size() > 0 ? linear_about : q_dot; }
@@ -172,6 +176,12 @@ struct FreeMotion {
   ConfigurationTerms terms;
   GeneralisedMass H;
   VecX y_star;  // 6 + r
+  // Of a nonlinear body: as free_motion got it; and what the elastic force of the position stage is
+  // linear about, r, with S, how its impulse in half a step changes with the rates, r x r, kg
+  // (docs/method.md, S13a).
+  MatX load_stiffness{};
+  VecX linear_about{};
+  MatX slope{};
 };
 
 /// `at` is the configuration where inertia, filter and fictitious forces are evaluated: x^n for the
@@ -181,9 +191,12 @@ struct FreeMotion {
 /// Modes that are held (at.locked) meet a mass that is large enough to keep them. In an impact
 /// (at.impact_step) y* is the velocity that the body has.
 /// `force` (6 + r): generalised force (sum f, sum r x f, B^T f) in N, N m, held constant over the
-/// stage. dt is the length of the whole step, s.
+/// stage. dt is the length of the whole step, s. `load_stiffness`: of a nonlinear body, r x r,
+/// symmetric, N m per unit q, -d force / dq of the modal force, which then is that of the middle of
+/// the step (S14a); empty: 0.
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
-                       double dt, Stage stage, const ModalOptions& options);
+                       double dt, Stage stage, const ModalOptions& options,
+                       const MatX& load_stiffness = {});
 
 /// Fictitious force on the modes, r: B^T( -m (w x (w x y) + 2 w x S q_dot) ) with w the frame's
 /// spin I^-1 (L - D q_dot) (Eqs. 5 and 7; docs/method.md, S6). B removes the Euler term exactly.
@@ -206,19 +219,26 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 /// elastic force F(v) = int_0^1 f(q_n + s dt v) ds of the way takes the place of K (q_n + dt/2 v).
 /// Position stage: v = q_dot by Newton's method with line search from the free motion alone.
 /// Velocity stage: linear about v = at.rates_of_force(). In both, impulses then meet M_hat = M_q + dt/2 C +
-/// dt^2/2 dF/dq. `load`: g + f, r, N m per unit q; `M_q` as the stage has it.
+/// dt^2/2 dF/dq + dt^2/4 K_h. `load`: g + f, r, N m per unit q; `load_stiffness`: K_h, r x r, how f
+/// falls as q goes on from where it is read (S14a), or empty; `M_q` as the stage has it.
 struct ModalMotion {
   VecX q_dot;  // r, 1/s
   MatX M_hat;  // r x r, kg, positive definite
   Eigen::LDLT<MatX> M_hat_factor;
+  MatX slope;  // of that what the elastic force gives, FreeMotion::slope
 };
 /// `guess`: what a like load and M_q have given, or empty. Its M_hat is the last that Newton's
 /// method needed; linearise() makes that of the answer.
 ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
-                                double dt, ModalMotion guess = {});
-void linearise(const ReducedBody& body, const MatX& M_q, double dt, ModalMotion& motion);
+                                double dt, const MatX& load_stiffness = {}, ModalMotion guess = {});
+void linearise(const ReducedBody& body, const MatX& M_q, double dt, const MatX& load_stiffness,
+               ModalMotion& motion);
+/// The same stage with the elastic force linear about the rates `about` (r), as an earlier solve has
+/// found them (S13a).
+ModalMotion nonlinear_half_step_about(const ReducedBody& body, const VecX& about, const MatX& M_q,
+                                      const VecX& load, double dt, const MatX& load_stiffness);
 ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
-                                const VecX& load, double dt);
+                                const VecX& load, double dt, const MatX& load_stiffness = {});
 /// dt/2 C + dt^2/4 K(q) + M_q: the mass that impulses meet where a nonlinear body stands now; M_q
 /// where dt = 0. Without the negative part of K, so that impulses that take energy in this mass take
 /// it in M_q as well [D70].
