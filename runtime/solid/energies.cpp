@@ -28,7 +28,9 @@ double elastic_energy(const ReducedBody& body) {
 }
 
 std::size_t instance_bytes(const ReducedBody& body) {
-  return sizeof(ReducedBody) + sizeof(double) * (body.q.size() + body.q_dot.size());
+  const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
+  const auto numbers = body.q.size() + body.q_dot.size() + body.dofs() + (nonlinear ? body.r : 0);
+  return sizeof(ReducedBody) + sizeof(double) * numbers;
 }
 
 }  // namespace archetide
