@@ -89,6 +89,7 @@ struct EnergyMade {
 constexpr double kLittle = 5e-3, kMost = 0.2;  // of that energy
 
 // Where it is more than little the next solve's forces are linear about the mean rates of this one.
+// That does not mend a jointed body, whose shape is known.
 EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResult>& results,
                            double dt, std::vector<StageBody>& stage) {
   constexpr double kHopeless = 10.0;  // of the energy at the start of the stage
@@ -96,13 +97,17 @@ EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResu
   for (std::size_t b = 0; b < stage.size(); ++b) {
     const ReducedBody& body = *stage[b].body;
     const StageResult& out = results[b];
-    const VecX q = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
-    if (q.size() == 0) continue;
+    if (body.r == 0 || !body.archetype->nonlinear()) continue;
+    const VecX free_shape = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
+    const bool stays = free_shape.size() == 0;
+    const VecX& q = stays ? body.q : free_shape;
     const ElasticCubature& V = body.archetype->elastic;
     const ConfigurationTerms& terms = out.motion.terms;
-    const double made = std::abs(energy_of_linear_force(body, stage[b].at, out.motion, q_dot, dt));
+    const double made =
+        std::abs(energy_of_linear_force(body, stage[b].at, out.motion, q_dot, q, dt));
     const double end = kinetic_energy(body, terms, out.y) + V.energy(q);
-    if (made <= kLittle * end) continue;
+    if (stays && !(made <= kMost * end)) most.hopeless = true;
+    if (stays || made <= kLittle * end) continue;
     const double start = kinetic_energy(body, terms, generalised_velocity(body, terms)) +
                          V.energy(2.0 * stage[b].at.q - body.q);
     if (!(made <= kMost * end) && !(made <= kHopeless * start)) most.hopeless = true;

@@ -165,14 +165,15 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
 }
 
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
-                              const FreeMotion& motion, const VecX& q_dot, double dt) {
+                              const FreeMotion& motion, const VecX& q_dot, const VecX& q_end,
+                              double dt) {
   const ElasticCubature& V = body.archetype->elastic;
   const VecX q_n = 2.0 * middle.q - body.q, twice_mean = body.q_dot + q_dot,
              v = middle.rates_of_force();
   const MatX S = motion.H.M_hat - motion.terms.M_q -
                  0.5 * dt * (damping(body) + load_damping(body, dt, motion.load_stiffness));
   const VecX impulse = dt * mean_force(V, q_n, dt * v) + S * (twice_mean - 2.0 * v);
-  return V.energy(q_n + 0.5 * dt * twice_mean) - V.energy(q_n) - 0.5 * twice_mean.dot(impulse);
+  return V.energy(q_end) - V.energy(q_n) - 0.5 * twice_mean.dot(impulse);
 }
 
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt) {

@@ -13,9 +13,10 @@ VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const
 
 /// Energy that a nonlinear body got from nothing in the velocities stage because its forces are
 /// linear about middle.rates_of_force() (S15b), J: V(q^{n+1}) - V(q^n) less the work of
-/// these forces. `motion`: of the stage; the rest as above.
+/// these forces. `motion`: of the stage; `q_end`: q^{n+1} (r); the rest as above.
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
-                              const FreeMotion& motion, const VecX& q_dot, double dt);
+                              const FreeMotion& motion, const VecX& q_dot, const VecX& q_end,
+                              double dt);
 
 /// Rates that the position stage leaves out where the elastic force is linear about other rates than
 /// the q_dot (r) that came out: M_hat^-1 dt/2 (F(q_dot) - what the stage took for it), r (S13b).
