@@ -12,7 +12,6 @@ namespace {
 
 // Bodies against each other, obstacles and walls.
 bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepReport& report) {
-  constexpr int kMostHalvings = 3;  // to keep bodies apart; an overlap is no failure
   split_impulses(half.reachable, half.reaction, dt, s.bodies);
   const std::vector<double> speeds = largest_surface_speeds(s.bodies);
   BodyContacts::Result met = s.body_contacts->resolve(s.bodies, speeds, dt);
@@ -21,7 +20,7 @@ bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepRep
   report.contacts = p.touching;
   report.max_penetration = p.largest;
   report.mean_penetration = p.touching > 0 ? p.sum / p.touching : 0.0;
-  if (s.options.scheme == Scheme::kSingle || !may_halve(s.options, report, kMostHalvings))
+  if (s.options.scheme == Scheme::kSingle || !may_halve(s.options, report, kMostForOverlap))
     return true;
   const double way = 2.0 * dt * *std::max_element(speeds.begin(), speeds.end());
   return !s.body_contacts->sank_deeper(half.reachable, p, way);

@@ -13,6 +13,7 @@ double stable_dt(const SimulationState& s);
 /// Whether a step that has come out wrong may be taken again with half the length: at most `most`
 /// times for its reason, then it is taken as it is.
 bool may_halve(const SimulationOptions& options, const StepReport& report, int most);
-constexpr int kMostForEnergy = 6;  // [D62], [D63]
+constexpr int kMostForEnergy = 6;   // [D62], [D63]
+constexpr int kMostForOverlap = 3;  // an overlap is no failure
 
 }  // namespace archetide

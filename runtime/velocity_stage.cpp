@@ -42,7 +42,8 @@ void accept(const StageResult& result, ReducedBody& body) {
 // What a body that ends the step with the shape q has less than its energy of n and the work done on
 // it, J.
 double energy_lost(const SimulationState& s, const ReducedBody& before, const ReducedBody& now,
-                   const StageResult& result, const VecX& drive, const VecX& q, double dt) {
+                   const Configuration& middle, const StageResult& result, const VecX& drive,
+                   const VecX& q, double dt) {
   const auto energy = [](const ReducedBody& b) { return kinetic_energy(b) + elastic_energy(b); };
   const VecX mean = 0.5 * (generalised_velocity(now, result.motion.terms) + result.y);
   ReducedBody after = now;
@@ -51,18 +52,25 @@ double energy_lost(const SimulationState& s, const ReducedBody& before, const Re
   double work = mean.dot(result.water_impulse) +
                 body_mass(now) * s.options.gravity.dot(now.position - before.position);
   if (drive.size() > 0) work += dt * drive.dot(mean.tail(now.r));
+  const VecX followed =
+      impulse_of_following_load(now, middle, result.motion, result.y.tail(now.r), dt);
+  if (followed.size() > 0) work += followed.dot(mean.tail(now.r));
   return energy(before) + work - energy(after);
 }
 
 // The shapes of nonlinear bodies at n+1 (S15), as far as contact lets them (S15a); `lost`: energy of
-// these bodies in the step, J.
-void bend(const HalfStep& half, double lost, std::vector<VecX>& q, SimulationState& s) {
-  constexpr double kSlack = 0.1;  // cells: less is taken back by the position stage
+// these bodies in the step, J. False if energy forces them deeper into each other than a step may
+// bring them.
+bool bend(const HalfStep& half, double lost, std::vector<VecX>& q, SimulationState& s) {
+  constexpr double kSlack = 0.1;    // cells: less is taken back by the position stage
+  constexpr double kDeeper = 0.25;  // cells, as BodyContacts::sank_deeper has it
+  double deeper = 0.0;
   if (s.body_contacts)
-    keep_apart(s.bodies, half.touching, kSlack * s.options.grid.dx,
-               std::min(half.lost_in_contact, lost), q);
+    deeper = keep_apart(s.bodies, half.touching, kSlack * s.options.grid.dx,
+                        std::min(half.lost_in_contact, lost), q);
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     if (q[b].size() > 0) s.bodies[b].q = q[b];
+  return deeper <= kDeeper * s.options.grid.dx;
 }
 
 // What the water gave.
@@ -223,10 +231,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
       work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
     bent[b] = shape_after(s, stage[b], results[b], dt);
     if (s.body_contacts && bent[b].size() > 0)
-      lost += energy_lost(s, before[b], body, results[b], drive[b], bent[b], dt);
+      lost += energy_lost(s, before[b], body, stage[b].at, results[b], drive[b], bent[b], dt);
     accept(results[b], body);
   }
-  bend(half, lost, bent, s);
+  if (!bend(half, lost, bent, s) && may_halve(s.options, report, kMostForOverlap)) return false;
   if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
     return false;
 

@@ -5,25 +5,50 @@
 namespace archetide {
 namespace {
 
+// How far the change of each body of a contact brings the two closer, m; 0 of one that does not
+// change.
+struct Closer {
+  double a = 0.0, b = 0.0;
+};
+Closer closer(const std::vector<ReducedBody>& bodies, const GroupContacts& met,
+              const std::vector<VecX>& q, const BodyContact& c) {
+  const auto along = [&](int b, const Vec3& apart, const auto& modes) {
+    if (b < 0 || q[b].size() == 0) return 0.0;
+    return -apart.dot(bodies[b].rotation * Vec3(modes() * (q[b] - bodies[b].q)));
+  };
+  return {along(c.a, c.normal,
+                [&] { return modes_at_sample(*met.shapes[c.a], c.sample, bodies[c.a].r); }),
+          along(c.b, -c.normal,
+                [&] { return modes_at_rest_place(*met.shapes[c.b], c.rest_b, bodies[c.b].r); })};
+}
+
 // Per body, the share of its change that no point forbids.
 std::vector<double> shares_apart(const std::vector<ReducedBody>& bodies, const GroupContacts& met,
                                  double slack, const std::vector<VecX>& q) {
   const auto changes = [&](int b) { return b >= 0 && q[b].size() > 0; };
   std::vector<double> share(bodies.size(), 1.0);
-  const auto limit = [&](int b, const Vec3& apart, const MatX& modes, double most) {
-    const Vec3 way = bodies[b].rotation * Vec3(modes * (q[b] - bodies[b].q));
-    const double closer = -apart.dot(way);
-    if (closer > most) share[b] = std::min(share[b], most / closer);
+  const auto limit = [&](int b, double way, double most) {
+    if (way > most) share[b] = std::min(share[b], most / way);
   };
   for (const BodyContact& c : met.near) {
     const bool both = changes(c.a) && changes(c.b);
     const double most = (both ? 0.5 : 1.0) * (std::max(c.gap, 0.0) + slack);
-    if (changes(c.a))
-      limit(c.a, c.normal, modes_at_sample(*met.shapes[c.a], c.sample, bodies[c.a].r), most);
-    if (changes(c.b))
-      limit(c.b, -c.normal, modes_at_rest_place(*met.shapes[c.b], c.rest_b, bodies[c.b].r), most);
+    const Closer way = closer(bodies, met, q, c);
+    if (changes(c.a)) limit(c.a, way.a, most);
+    if (changes(c.b)) limit(c.b, way.b, most);
   }
   return share;
+}
+
+// How far the changes drive bodies into each other, or deeper, m.
+double deepest(const std::vector<ReducedBody>& bodies, const GroupContacts& met,
+               const std::vector<VecX>& q) {
+  double most = 0.0;
+  for (const BodyContact& c : met.near) {
+    const Closer way = closer(bodies, met, q, c);
+    most = std::max(most, way.a + way.b - std::max(c.gap, 0.0));
+  }
+  return most;
 }
 
 ReducedBody part_of_way(const ReducedBody& body, double share, const VecX& q) {
@@ -45,8 +70,8 @@ double gained(const std::vector<ReducedBody>& bodies, const std::vector<double>&
 
 }  // namespace
 
-void keep_apart(const std::vector<ReducedBody>& bodies, const GroupContacts& met, double slack,
-                double available, std::vector<VecX>& q) {
+double keep_apart(const std::vector<ReducedBody>& bodies, const GroupContacts& met, double slack,
+                  double available, std::vector<VecX>& q) {
   constexpr int kParts = 8;
   const std::vector<double> apart = shares_apart(bodies, met, slack, q);
   std::vector<double> share = apart;
@@ -55,6 +80,7 @@ void keep_apart(const std::vector<ReducedBody>& bodies, const GroupContacts& met
       share[b] = apart[b] + (1.0 - apart[b]) * part / kParts;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (share[b] < 1.0) q[b] = part_of_way(bodies[b], share[b], q[b]).q;
+  return deepest(bodies, met, q);
 }
 
 }  // namespace archetide

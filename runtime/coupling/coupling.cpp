@@ -65,11 +65,11 @@ void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBod
   const double h = stage_seconds(stage, dt);
   VecX weight = VecX::Zero(body.dofs());
   weight.head<3>() = body_mass(body) * options_.hydrostatics.gravity;
-  const VecX& hydro = loads.hydrostatic[b];
+  VecX hydro = loads.hydrostatic[b];
+  const HydrostaticStiffness& K = loads.stiffness[b];
+  if (K.whole.size() > 0) hydro.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
   VecX force = weight + hydro;
   if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
-  const HydrostaticStiffness& K = loads.stiffness[b];
-  if (K.whole.size() > 0) force.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal, K.whole);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);

@@ -133,6 +133,13 @@ ModalMotion nonlinear_half_step_about(const ReducedBody& body, const VecX& about
   return motion;
 }
 
+VecX impulse_of_following_load(const ReducedBody& body, const Configuration& middle,
+                               const FreeMotion& motion, const VecX& q_dot, double dt) {
+  if (motion.load_stiffness.size() == 0) return {};
+  const VecX beyond = body.q_dot + q_dot - 2.0 * middle.rates_of_force();
+  return -0.25 * dt * dt * (motion.load_stiffness * beyond);
+}
+
 VecX rest_of_linear_force(const ReducedBody& body, const FreeMotion& motion, const VecX& q_dot,
                           double dt) {
   const ElasticCubature& V = body.archetype->elastic;

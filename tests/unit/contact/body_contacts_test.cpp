@@ -56,6 +56,7 @@ TEST(KeepApart, LeavesTheShareOfAShapeThatGapsAllow) {
   const MatX modes = modes_at_sample(*shape, 0, 6);
   const VecX direction = modes.row(2).transpose();
   const VecX change = -1e-3 / direction.squaredNorm() * direction;
+  double deeper = 0.0;
   const auto share = [&](double gap, double slack, double available, int other) {
     GroupContacts met;
     met.shapes = {shape.get(), shape.get()};
@@ -64,7 +65,7 @@ TEST(KeepApart, LeavesTheShareOfAShapeThatGapsAllow) {
     c.normal = Vec3::UnitZ();
     met.near = {c};
     std::vector<VecX> q{bodies[0].q + change, other >= 0 ? bodies[1].q : VecX()};
-    keep_apart(bodies, met, slack, available, q);
+    deeper = keep_apart(bodies, met, slack, available, q);
     return (q[0] - bodies[0].q).norm() / change.norm();
   };
   constexpr double kExact = 1e-12;
@@ -72,8 +73,12 @@ TEST(KeepApart, LeavesTheShareOfAShapeThatGapsAllow) {
   EXPECT_NEAR(share(0.4e-3, 0.0, INFINITY, -1), 0.4, kExact);
   EXPECT_NEAR(share(0.4e-3, 0.3e-3, INFINITY, -1), 0.7, kExact);
   EXPECT_NEAR(share(-5e-3, 0.3e-3, INFINITY, -1), 0.3, kExact);
-  EXPECT_NEAR(share(0.4e-3, 0.0, INFINITY, 1), 0.2, kExact);    // the other may take its half
+  EXPECT_NEAR(share(0.4e-3, 0.0, INFINITY, 1), 0.2, kExact);  // the other may take its half
+  EXPECT_NEAR(deeper, 0.0, kExact);
   EXPECT_NEAR(share(0.4e-3, 0.0, -INFINITY, -1), 1.0, kExact);  // no energy for less
+  EXPECT_NEAR(deeper, 0.6e-3, kExact);
+  EXPECT_NEAR(share(-5e-3, 0.3e-3, -INFINITY, -1), 1.0, kExact);
+  EXPECT_NEAR(deeper, 1e-3, kExact);
 }
 
 TEST(DeformedBody, PlacesGoBackToTheRestShape) {
