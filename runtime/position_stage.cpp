@@ -85,8 +85,8 @@ bool lock_modes(SimulationState& s, const std::vector<StageResult>& results,
                      [](const StageBody& body) { return body.at.locked.size() > 0; });
 }
 
-// What elastic forces that are linear about other rates than nonlinear bodies got leave out (S13b), of
-// these rates: the largest. Where it is more than little the next solve's forces are linear about
+// What elastic forces that are linear about other rates than nonlinear bodies got leave out (S13b),
+// of these rates: the largest. Where it is more than little the next solve's forces are linear about
 // the rates of this one.
 constexpr double kLittleRest = 0.05, kMostRest = 0.5;
 
@@ -100,15 +100,17 @@ double rates_to_linearise_about(const std::vector<StageResult>& results, double 
     const VecX q_dot = results[b].y.tail(body.r),
                rest = rest_of_linear_force(body, motion, q_dot, dt);
     const auto energy = [&](const VecX& v) { return v.dot(motion.H.modal_product(v)); };
-    share[b] = std::sqrt(energy(rest) / std::max(energy(q_dot), 1e-300));
+    const double all = energy(q_dot);
+    if (all > 0.0) share[b] = std::sqrt(energy(rest) / all);
     if (share[b] > kLittleRest) stage[b].at.linear_about = q_dot;
   });
   return share.empty() ? 0.0 : *std::max_element(share.begin(), share.end());
 }
 
-// Eqs. 45 and 49 with h = dt/2; again while that helps to make forces of nonlinear bodies linear about
-// the rates that come out [D74], and once more if modes are to be locked, so that the water meets modes
-// that do not move. False if it does not converge, or leaves too much of these forces out.
+// Eqs. 45 and 49 with h = dt/2; again while that helps to make forces of nonlinear bodies linear
+// about the rates that come out [D74], and once more if modes are to be locked, so that the water
+// meets modes that do not move. False if it does not converge, or leaves too much of these forces
+// out.
 bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
                      GroupContacts& reachable, std::vector<StageResult>& results,
                      StepReport& report) {
@@ -134,7 +136,7 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
     if (!couple_again()) return false;
     rest = rates_to_linearise_about(results, dt, stage);
   }
-  if (rest > kMostRest) {
+  if (!(rest <= kMostRest)) {
     if (may_halve(s.options, report, kMostForEnergy)) return false;
     for (StageBody& body : stage) body.at.linear_about.resize(0);
     if (solves > 1 && !couple_again()) return false;

@@ -108,6 +108,7 @@ EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResu
     if (body.r == 0 || !body.archetype->nonlinear()) continue;
     const VecX free_shape = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
     const bool stays = free_shape.size() == 0;
+    if (stays && stage[b].reaction.size() == 0) continue;
     const VecX& q = stays ? body.q : free_shape;
     const ElasticCubature& V = body.archetype->elastic;
     const ConfigurationTerms& terms = out.motion.terms;
