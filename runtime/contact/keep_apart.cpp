@@ -80,7 +80,7 @@ double keep_apart(const std::vector<ReducedBody>& bodies, const GroupContacts& m
       share[b] = apart[b] + (1.0 - apart[b]) * part / kParts;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (share[b] < 1.0) q[b] = part_of_way(bodies[b], share[b], q[b]).q;
-  return deepest(bodies, met, q);
+  return share == apart ? 0.0 : deepest(bodies, met, q);
 }
 
 }  // namespace archetide

@@ -44,8 +44,6 @@ void Coupling::meet_water(Stage stage, double dt, const FreeSurface& surface,
   loads_ = stage_loads(stage, dt, surface, bodies);
 }
 
-// Uncoupled motion of one body under its weight and the hydrostatic part `hydro` of the water's
-// pressure (S7).
 namespace {
 
 // What a load of stiffness K has where free_motion() takes it to be read beyond what it has at
@@ -59,6 +57,8 @@ VecX load_at_start(Stage stage, const StageBody& in, const ReducedBody& met,
 
 }  // namespace
 
+// Uncoupled motion of one body under its weight and the hydrostatic part of the water's pressure
+// (S7).
 void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBody& in,
                            const Loads& loads, StageResult& out) const {
   const ReducedBody& body = *in.body;
