@@ -321,7 +321,7 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
     const ScopedTimer timer(profile, "ladder");
     a.ladder = surface_ladder(a);
   }
-  if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass);
+  if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass, a.nonlinear());
   a.density = a.integrals.mass / a.volume;
   if (recipe.material_regions.empty()) a.density = recipe.material.density;
   const bool few = vibration > 0 && !options.every_motion;

@@ -95,7 +95,7 @@ double rates_to_linearise_about(const std::vector<StageResult>& results, double 
   std::vector<double> share(stage.size(), 0.0);
   for_each_large(stage.size(), [&](std::size_t b) {
     const ReducedBody& body = *stage[b].body;
-    if (body.r == 0 || !body.archetype->nonlinear()) return;
+    if (!body.is_nonlinear()) return;
     const FreeMotion& motion = results[b].motion;
     const VecX q_dot = results[b].y.tail(body.r),
                rest = rest_of_linear_force(body, motion, q_dot, dt);
@@ -240,7 +240,7 @@ bool move_bodies(SimulationState& s, double dt, const std::vector<StageBody>& st
   for_each_large(bodies, [&](std::size_t b) { wet_points(s.bodies[b], before[b]); });
   for (std::size_t b = 0; b < bodies; ++b) {
     s.bodies[b].last_way = y[b];
-    if (results[b].motion.slope.size() > 0) s.bodies[b].last_push = push_of_stage(results[b], dt);
+    if (results[b].motion.is_nonlinear()) s.bodies[b].last_push = push_of_stage(results[b], dt);
     half.middle.push_back(s.guard.advance(static_cast<int>(b), s.bodies[b], motions[b], y[b], dt,
                                           stage[b].at.locked));
   }

@@ -76,7 +76,7 @@ double time_to_turn(const SimulationState& s) {
   constexpr double kMostTurn = 0.35;
   double dt = INFINITY;
   for (const ReducedBody& body : s.bodies) {
-    if (body.r == 0 || !body.archetype->nonlinear()) continue;
+    if (!body.is_nonlinear()) continue;
     const ConfigurationTerms terms =
         configuration_terms(body, current_configuration(body), s.options.modal.mass);
     dt = std::min(dt, kMostTurn / frame_spin(terms, body.L, body.q_dot).norm());

@@ -105,20 +105,19 @@ EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResu
   for (std::size_t b = 0; b < stage.size(); ++b) {
     const ReducedBody& body = *stage[b].body;
     const StageResult& out = results[b];
-    if (body.r == 0 || !body.archetype->nonlinear()) continue;
+    if (!body.is_nonlinear()) continue;
     const VecX free_shape = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
     const bool stays = free_shape.size() == 0;
     if (stays && stage[b].reaction.size() == 0) continue;
     const VecX& q = stays ? body.q : free_shape;
-    const ElasticCubature& V = body.archetype->elastic;
     const ConfigurationTerms& terms = out.motion.terms;
     const double made =
         std::abs(energy_of_linear_force(body, stage[b].at, out.motion, q_dot, q, dt));
-    const double end = kinetic_energy(body, terms, out.y) + V.energy(q);
+    const double end = kinetic_energy(body, terms, out.y) + elastic_energy(body, q);
     if (stays && !(made <= kMost * end)) most.hopeless = true;
     if (stays || made <= kLittle * end) continue;
     const double start = kinetic_energy(body, terms, generalised_velocity(body, terms)) +
-                         V.energy(2.0 * stage[b].at.q - body.q);
+                         elastic_energy(body, 2.0 * stage[b].at.q - body.q);
     if (!(made <= kMost * end) && !(made <= kHopeless * start)) most.hopeless = true;
     most.share = std::max(most.share, made / end);
     stage[b].at.linear_about = 0.5 * (body.q_dot + q_dot);
@@ -145,9 +144,8 @@ bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stag
     touching.start = touching.forces;
     return couple();
   };
-  const bool nonlinear = std::any_of(s.bodies.begin(), s.bodies.end(), [](const ReducedBody& body) {
-    return body.r > 0 && body.archetype->nonlinear();
-  });
+  const bool nonlinear = std::any_of(s.bodies.begin(), s.bodies.end(),
+                                     [](const ReducedBody& body) { return body.is_nonlinear(); });
   if (!nonlinear) return couple();
 
   s.water.keep_full();

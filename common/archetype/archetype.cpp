@@ -99,6 +99,12 @@ void matrix_fields(Io& io, M& m) {
   io("stiffness", m.stiffness, "N/m", "blocks x 3 x 3");
 }
 
+template <class Io, class M>
+void tet_material_fields(Io& io, M& m) {
+  io("lambda", m.lambda, "Pa", "nt");
+  io("mu", m.mu, "Pa", "nt");
+}
+
 constexpr auto kRungFields = [](auto& io, auto& rung) {
   io("surface_vertices", rung.surface.vertices, "m", "n x 3");
   io("surface_triangles", rung.surface.triangles, "1", "nf x 3");
@@ -325,6 +331,14 @@ void validate_modes(const Archetype& a) {
   demand_finite(a.integrals.B, "B");
 }
 
+void demand_lame(const VecX& lambda, const VecX& mu, const std::string& prefix) {
+  demand_finite(lambda, (prefix + "lambda").c_str());
+  demand_finite(mu, (prefix + "mu").c_str());
+  demand_field(mu.minCoeff() > 0, prefix + "mu", "not positive");
+  demand_field((lambda + 2.0 / 3.0 * mu).minCoeff() > 0, prefix + "lambda",
+               "no bulk modulus above 0");
+}
+
 /// The energy of these modes, with their stiffness at rest.
 void validate_elastic(const Archetype& a) {
   if (!a.nonlinear()) return;
@@ -332,13 +346,9 @@ void validate_elastic(const Archetype& a) {
   demand_shape(e.gradients, 9 * e.points(), a.r(), "elastic gradients");
   demand_size(e.lambda, e.points(), "elastic lambda");
   demand_size(e.mu, e.points(), "elastic mu");
-  demand_finite(e.lambda, "elastic lambda");
-  demand_finite(e.mu, "elastic mu");
   demand_finite(e.weights, "elastic weights");
   demand_field(e.weights.minCoeff() > 0, "elastic weights", "not positive");
-  demand_field(e.mu.minCoeff() > 0, "elastic mu", "not positive");
-  demand_field((e.lambda + 2.0 / 3.0 * e.mu).minCoeff() > 0, "elastic lambda",
-               "no bulk modulus above 0");
+  demand_lame(e.lambda, e.mu, "elastic ");
   const VecX ratio = e.stiffness(VecX::Zero(a.r())).diagonal().cwiseQuotient(a.K_r.diagonal());
   demand_field(ratio.minCoeff() > 0.5 && ratio.maxCoeff() < 2.0, "elastic gradients",
                "another stiffness at rest than K_r");
@@ -414,24 +424,34 @@ void validate_matrices(const Archetype& a) {
   demand_size(m.stiffness, blocks, "stiffness");
   demand_finite(m.stiffness, "stiffness");
   validate_pattern(m, static_cast<int>(n));
+  if (m.lambda.size() == 0 && m.mu.size() == 0) return;
+  const auto tets = static_cast<Eigen::Index>(a.tets.tets.size());
+  demand_size(m.lambda, tets, "lambda");
+  demand_size(m.mu, tets, "mu");
+  demand_lame(m.lambda, m.mu, "");
 }
 
 void write_matrices(Hdf5Writer& file, const TetMatrices& matrices) {
   if (matrices.empty()) return;
   ArchetypeWriter io{{file, "matrices"}};
   matrix_fields(io, matrices);
-  file.attribute("matrices_version", Archetype::kMatricesVersion);
+  const bool material = matrices.lambda.size() > 0;
+  if (material) tet_material_fields(io, matrices);
+  file.attribute("matrices_version",
+                 material ? Archetype::kNonlinearMatricesVersion : Archetype::kMatricesVersion);
   file.attribute("matrices_hash", io.hash.hex());
 }
 
 void read_matrices(const Hdf5Reader& file, TetMatrices& matrices) {
   if (!file.has_attribute("matrices_version")) return;
   const int version = file.int_attribute("matrices_version");
-  if (version != Archetype::kMatricesVersion)
-    file.fail(fmt::format("matrices of version {}, this program reads version {}", version,
-                          Archetype::kMatricesVersion));
+  const bool material = version == Archetype::kNonlinearMatricesVersion;
+  if (version != Archetype::kMatricesVersion && !material)
+    file.fail(fmt::format("matrices of version {}, this program reads versions {} and {}", version,
+                          Archetype::kMatricesVersion, Archetype::kNonlinearMatricesVersion));
   ArchetypeReader io{{file, "matrices"}};
   matrix_fields(io, matrices);
+  if (material) tet_material_fields(io, matrices);
   demand_hash(file, "matrices_hash", io.hash.hex());
 }
 

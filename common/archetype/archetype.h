@@ -45,9 +45,10 @@ struct JointFrame {
 /// rest frame: origin at the centre of mass, axes of the input mesh. n nodes, nt tets, ns surface
 /// vertices, nf surface triangles, r elastic modes.
 struct Archetype {
-  static constexpr int kFormatVersion = 2;           // of linear bodies
-  static constexpr int kNonlinearFormatVersion = 3;  // the same and an elastic energy
-  static constexpr int kMatricesVersion = 1;         // of the optional part with `matrices`
+  static constexpr int kFormatVersion = 2;             // of linear bodies
+  static constexpr int kNonlinearFormatVersion = 3;    // the same and an elastic energy
+  static constexpr int kMatricesVersion = 1;           // of the optional part with `matrices`, ..
+  static constexpr int kNonlinearMatricesVersion = 2;  // .. with the material of the tets
 
   // Provenance.
   std::string name;

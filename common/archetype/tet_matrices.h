@@ -15,6 +15,7 @@ struct TetMatrices {
   std::vector<int> column;      // blocks: q
   std::vector<double> mass;     // blocks: M_pq, the same on each axis, kg
   std::vector<Mat3> stiffness;  // blocks: K_pq, N/m
+  VecX lambda, mu;              // nt, Pa: Lame's constants of each tet; nonlinear bodies only
 
   bool empty() const { return order.empty(); }
   int row_begin(int p) const { return p == 0 ? 0 : row_ends[static_cast<std::size_t>(p) - 1]; }

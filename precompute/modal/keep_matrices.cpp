@@ -1,5 +1,6 @@
 #include "precompute/modal/keep_matrices.h"
 
+#include "precompute/modal/nonlinear_elasticity.h"
 #include "precompute/modal/ordering.h"
 
 namespace archetide {
@@ -15,7 +16,8 @@ Mat3 block_of(const SparseMatrix& K, int p, int q) {
 
 }  // namespace
 
-TetMatrices keep_matrices(const TetMesh& mesh, const MaterialField& material, MassKind mass) {
+TetMatrices keep_matrices(const TetMesh& mesh, const MaterialField& material, MassKind mass,
+                          bool nonlinear) {
   const SparseMatrix K = stiffness_matrix(mesh, material), M = mass_matrix(mesh, material, mass);
   TetMatrices out;
   const std::vector<int> dofs = nested_dissection(K);
@@ -31,6 +33,10 @@ TetMatrices keep_matrices(const TetMesh& mesh, const MaterialField& material, Ma
       out.stiffness.push_back(block_of(K, p, q));
     }
     out.row_ends.push_back(static_cast<int>(out.column.size()));
+  }
+  if (nonlinear) {
+    LameField lame = lame_of_tets(material, mesh.tets.size());
+    out.lambda = std::move(lame.lambda), out.mu = std::move(lame.mu);
   }
   return out;
 }

@@ -6,7 +6,9 @@
 namespace archetide {
 
 /// Mass and stiffness of the tets for bodies whose nodes are degrees of freedom at run time, with an
-/// order of elimination by nested dissection. Mass as the modes have it.
-TetMatrices keep_matrices(const TetMesh& mesh, const MaterialField& material, MassKind mass);
+/// order of elimination by nested dissection. Mass as the modes have it. `nonlinear`: with what
+/// NeoHookean material of every tet needs.
+TetMatrices keep_matrices(const TetMesh& mesh, const MaterialField& material, MassKind mass,
+                          bool nonlinear = false);
 
 }  // namespace archetide

@@ -1,64 +1,7 @@
 #include "precompute/modal/nonlinear_elasticity.h"
 
-#include <Eigen/LU>
-#include <algorithm>
-
-#include "precompute/base/tet_element.h"
-
 namespace archetide {
 namespace {
-
-template <int N>
-const ShapeTable<N>& energy_rule();
-template <>
-const ShapeTable<4>& energy_rule<4>() {
-  static const ShapeTable<4> rule(conical_rule(1));
-  return rule;
-}
-template <>
-const ShapeTable<10>& energy_rule<10>() {
-  static const ShapeTable<10> rule(four_point_rule());
-  return rule;
-}
-
-/// The gradients of the shape functions (3 x N, 1/m) and the weight (m^3) at point k of a tet.
-template <int N>
-struct PointGeometry {
-  Eigen::Matrix<double, 3, N> gradients;
-  double weight;
-
-  PointGeometry(const Eigen::Matrix<double, 3, N>& x, std::size_t k) {
-    const ShapeTable<N>& rule = energy_rule<N>();
-    const Mat3 J = x * rule.gradients[k].transpose();
-    gradients = J.inverse().transpose() * rule.gradients[k];
-    weight = rule.rule.weights[k] * J.determinant();
-  }
-};
-
-/// Calls work(tet, nodes, geometry) at every point.
-template <int N, class Work>
-void at_every_point(const TetMesh& mesh, const Work& work) {
-  for (int t = 0; t < int(mesh.tets.size()); ++t) {
-    const std::array<int, N> nodes = element_nodes<N>(mesh, t);
-    const auto x = element_positions<N>(mesh, nodes);
-    for (std::size_t k = 0; k < energy_rule<N>().values.size(); ++k)
-      work(t, nodes, PointGeometry<N>(x, k));
-  }
-}
-
-/// grad u at a point: du_a / dx_c.
-template <int N>
-Mat3 gradient(const VecX& u, const std::array<int, N>& nodes, const PointGeometry<N>& at) {
-  Mat3 H = Mat3::Zero();
-  for (int i = 0; i < N; ++i) H += u.segment<3>(3 * nodes[i]) * at.gradients.col(i).transpose();
-  return H;
-}
-
-template <int N>
-void add_stress(const Mat3& P, const std::array<int, N>& nodes, const PointGeometry<N>& at,
-                VecX& f) {
-  for (int i = 0; i < N; ++i) f.segment<3>(3 * nodes[i]) += at.weight * (P * at.gradients.col(i));
-}
 
 struct Lame {
   double lambda, mu;
@@ -74,13 +17,6 @@ Mat3 cofactor(const Mat3& F) {
   return c;
 }
 
-/// P(F) = mu F + h'(J) cof F.
-Mat3 stress(const Lame& m, const Mat3& F) {
-  const Mat3 c = cofactor(F);
-  const double J = F.col(0).dot(c.col(0));
-  return m.mu * F + NeoHookean::volumetric(m.lambda, m.mu, J).slope * c;
-}
-
 /// Half of D^2 P(1)[H, H], from h'(1) = -mu, h''(1) = lambda + mu, h'''(1) = -2 mu - 3 lambda.
 Mat3 second_order_stress(const Lame& m, const Mat3& H) {
   const double first = H.trace(), second = 0.5 * (first * first - (H * H).trace());
@@ -90,99 +26,59 @@ Mat3 second_order_stress(const Lame& m, const Mat3& H) {
   return -m.mu * cofactor(H) + (m.lambda + m.mu) * first * turned + square * Mat3::Identity();
 }
 
-template <int N>
-VecX force(const TetMesh& mesh, const MaterialField& material, const VecX& u) {
-  VecX f = VecX::Zero(u.size());
-  at_every_point<N>(mesh, [&](int t, const auto& nodes, const PointGeometry<N>& at) {
-    const Mat3 F = Mat3::Identity() + gradient<N>(u, nodes, at);
-    add_stress<N>(stress(lame(material.at(t)), F), nodes, at, f);
-  });
-  return f;
-}
-
-template <int N>
-ElasticState state(const TetMesh& mesh, const MaterialField& material, const VecX& u) {
-  ElasticState s;
-  at_every_point<N>(mesh, [&](int t, const auto& nodes, const PointGeometry<N>& at) {
-    const Mat3 F = Mat3::Identity() + gradient<N>(u, nodes, at);
-    const Lame m = lame(material.at(t));
-    const double J = F.determinant();
-    s.least_volume = std::min(s.least_volume, J);
-    s.energy += at.weight * (0.5 * m.mu * (F.squaredNorm() - 3.0) +
-                             NeoHookean::volumetric(m.lambda, m.mu, J).h);
-  });
-  return s;
-}
-
-// The mixed part of the quadratic form, by polarisation.
-template <int N>
-VecX second_order(const TetMesh& mesh, const MaterialField& material, const VecX& u,
-                  const VecX& v) {
-  VecX f = VecX::Zero(u.size());
-  at_every_point<N>(mesh, [&](int t, const auto& nodes, const PointGeometry<N>& at) {
-    const Mat3 H = gradient<N>(u, nodes, at), I = gradient<N>(v, nodes, at);
-    const Lame m = lame(material.at(t));
-    add_stress<N>(
-        second_order_stress(m, H + I) - second_order_stress(m, H) - second_order_stress(m, I),
-        nodes, at, f);
-  });
-  return f;
-}
-
-template <int N>
-ElasticCubature sampled(const TetMesh& mesh, const MaterialField& material, const MatX& basis,
-                        const std::vector<MaterialPoint>& points, const VecX& scale) {
-  const auto P = Eigen::Index(points.size());
-  MatX gradients(9 * P, basis.cols());
-  VecX weights(P), lambda(P), mu(P);
-  for (Eigen::Index p = 0; p < P; ++p) {
-    const MaterialPoint& at = points[std::size_t(p)];
-    const std::array<int, N> nodes = element_nodes<N>(mesh, at.tet);
-    const PointGeometry<N> place(element_positions<N>(mesh, nodes), std::size_t(at.point));
-    const Lame m = lame(material.at(at.tet));
-    weights[p] = scale[p] * place.weight, lambda[p] = m.lambda, mu[p] = m.mu;
-    for (Eigen::Index i = 0; i < basis.cols(); ++i) {
-      Mat3 H = Mat3::Zero();
-      for (int k = 0; k < N; ++k)
-        H += basis.block<3, 1>(3 * nodes[k], i) * place.gradients.col(k).transpose();
-      for (int c = 0; c < 3; ++c)
-        for (int a = 0; a < 3; ++a) gradients((3 * c + a) * P + p, i) = H(a, c);
-    }
-  }
-  return ElasticCubature(std::move(gradients), std::move(weights), std::move(lambda),
-                         std::move(mu));
+TetElasticity energy_of(const TetMesh& mesh, const MaterialField& material) {
+  const LameField lame = lame_of_tets(material, mesh.tets.size());
+  return {mesh, lame.lambda, lame.mu};
 }
 
 }  // namespace
 
+LameField lame_of_tets(const MaterialField& material, std::size_t tets) {
+  LameField out{VecX(tets), VecX(tets)};
+  for (Eigen::Index t = 0; t < out.mu.size(); ++t) {
+    const Lame m = lame(material.at(static_cast<int>(t)));
+    out.lambda[t] = m.lambda, out.mu[t] = m.mu;
+  }
+  return out;
+}
+
 VecX internal_force(const TetMesh& mesh, const MaterialField& material, const VecX& u) {
-  return mesh.order() == 1 ? force<4>(mesh, material, u) : force<10>(mesh, material, u);
+  return energy_of(mesh, material).force(u);
 }
 
 ElasticState elastic_state(const TetMesh& mesh, const MaterialField& material, const VecX& u) {
-  return mesh.order() == 1 ? state<4>(mesh, material, u) : state<10>(mesh, material, u);
+  const TetElasticity V = energy_of(mesh, material);
+  return {V.energy(u), V.least_volume(u)};
 }
 
+// The mixed part of the quadratic form, by polarisation.
 VecX second_order_force(const TetMesh& mesh, const MaterialField& material, const VecX& u,
                         const VecX& v) {
-  return mesh.order() == 1 ? second_order<4>(mesh, material, u, v)
-                           : second_order<10>(mesh, material, u, v);
+  const TetElasticity V = energy_of(mesh, material);
+  VecX f = VecX::Zero(u.size());
+  for (int t = 0; t < V.tets(); ++t) {
+    const int* nodes = V.nodes_of(t);
+    const Lame m{V.lambda(t), V.mu(t)};
+    for (int k = 0; k < V.points_in_tet(); ++k) {
+      const Mat3 H = V.gradient(u, t, k), I = V.gradient(v, t, k);
+      const Mat3 P = V.weight(t, k) * (second_order_stress(m, H + I) - second_order_stress(m, H) -
+                                       second_order_stress(m, I));
+      for (int i = 0; i < V.nodes_in_tet(); ++i)
+        f.segment<3>(3L * nodes[i]) += P * V.gradients(t, k).col(i);
+    }
+  }
+  return f;
 }
 
 std::vector<MaterialPoint> material_points(const TetMesh& mesh) {
-  const int each =
-      int(mesh.order() == 1 ? energy_rule<4>().values.size() : energy_rule<10>().values.size());
-  std::vector<MaterialPoint> points;
-  for (int t = 0; t < int(mesh.tets.size()); ++t)
-    for (int k = 0; k < each; ++k) points.push_back({t, k});
-  return points;
+  const VecX any = VecX::Ones(static_cast<Eigen::Index>(mesh.tets.size()));
+  return TetElasticity(mesh, any, any).points();
 }
 
 ElasticCubature sampled_energy(const TetMesh& mesh, const MaterialField& material,
                                const MatX& basis, const std::vector<MaterialPoint>& points,
                                const VecX& scale) {
-  return mesh.order() == 1 ? sampled<4>(mesh, material, basis, points, scale)
-                           : sampled<10>(mesh, material, basis, points, scale);
+  return energy_of(mesh, material).sampled(basis, points, scale);
 }
 
 }  // namespace archetide

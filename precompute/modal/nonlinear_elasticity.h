@@ -1,9 +1,15 @@
 #pragma once
 
-#include "common/archetype/elastic_cubature.h"
+#include "common/archetype/tet_elasticity.h"
 #include "precompute/modal/elasticity.h"
 
 namespace archetide {
+
+/// Lame's constants of every tet, nt, Pa.
+struct LameField {
+  VecX lambda, mu;
+};
+LameField lame_of_tets(const MaterialField& material, std::size_t tets);
 
 /// Internal nodal forces (3n, N) of the displacement u (3n, m) for NeoHookean material, with four
 /// points in a quadratic tet and one in a linear one: dV/du.
@@ -20,10 +26,7 @@ ElasticState elastic_state(const TetMesh& mesh, const MaterialField& material, c
 VecX second_order_force(const TetMesh& mesh, const MaterialField& material, const VecX& u,
                         const VecX& v);
 
-/// A point of the quadrature above.
-struct MaterialPoint {
-  int tet = 0, point = 0;
-};
+using MaterialPoint = TetElasticity::Point;
 /// All of them, tet after tet.
 std::vector<MaterialPoint> material_points(const TetMesh& mesh);
 /// The energy of the `basis` (3n x r) at some of them, each with its own weight times `scale`.

@@ -12,14 +12,21 @@ struct Closer {
 };
 Closer closer(const std::vector<ReducedBody>& bodies, const GroupContacts& met,
               const std::vector<VecX>& q, const BodyContact& c) {
-  const auto along = [&](int b, const Vec3& apart, const auto& modes) {
+  const auto along = [&](int b, const Vec3& apart, const auto& modes, const auto& shares) {
     if (b < 0 || q[b].size() == 0) return 0.0;
-    return -apart.dot(bodies[b].rotation * Vec3(modes() * (q[b] - bodies[b].q)));
+    const VecX change = q[b] - bodies[b].q;
+    return -apart.dot(bodies[b].rotation * (bodies[b].nodes
+                                                ? displacement_of(bodies[b], shares(), change)
+                                                : Vec3(modes() * change)));
   };
-  return {along(c.a, c.normal,
-                [&] { return modes_at_sample(*met.shapes[c.a], c.sample, bodies[c.a].r); }),
-          along(c.b, -c.normal,
-                [&] { return modes_at_rest_place(*met.shapes[c.b], c.rest_b, bodies[c.b].r); })};
+  return {
+      along(
+          c.a, c.normal, [&] { return modes_at_sample(*met.shapes[c.a], c.sample, bodies[c.a].r); },
+          [&] { return shares_of_sample(*met.shapes[c.a], c.sample); }),
+      along(
+          c.b, -c.normal,
+          [&] { return modes_at_rest_place(*met.shapes[c.b], c.rest_b, bodies[c.b].r); },
+          [&] { return shares_at_rest_place(*met.shapes[c.b], c.rest_b); })};
 }
 
 // Per body, the share of its change that no point forbids.

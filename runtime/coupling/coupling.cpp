@@ -67,7 +67,7 @@ void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBod
   weight.head<3>() = body_mass(body) * options_.hydrostatics.gravity;
   VecX hydro = loads.hydrostatic[b];
   const HydrostaticStiffness& K = loads.stiffness[b];
-  if (K.whole.size() > 0) hydro.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
+  if (!K.whole.empty()) hydro.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
   VecX force = weight + hydro;
   if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal, K.whole);

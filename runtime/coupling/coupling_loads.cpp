@@ -39,7 +39,7 @@ std::vector<HydrostaticStiffness> Coupling::load_stiffnesses(
   if (!wet()) return stiffnesses;
   for_each_large(bodies.size(), [&](std::size_t b) {
     const ReducedBody& body = *bodies[b].body;
-    if (body.r > 0 && body.archetype->nonlinear() && !skinned_[b])
+    if (body.is_nonlinear() && !skinned_[b])
       stiffnesses[b] = hydrostatic_stiffness(options_.grid, surfaces_[b], system_);
   });
   return stiffnesses;

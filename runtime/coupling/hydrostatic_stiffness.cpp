@@ -1,9 +1,11 @@
 #include "runtime/coupling/hydrostatic_stiffness.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "common/base/axial.h"
+#include "runtime/solid/nodal_space.h"
 
 namespace archetide {
 namespace {
@@ -75,35 +77,115 @@ struct TriangleChange {
   }
 };
 
-}  // namespace
-
-HydrostaticStiffness hydrostatic_stiffness(const Grid& g, const BodySurface& s,
-                                           const PressureSystem& water) {
-  const int r = s.body->r;
-  const auto count = static_cast<Eigen::Index>(s.points.size());
-  const Rows U = modes_in_world(s);
-  Rows dp(count, r), on_normal = Rows::Zero(U.rows(), r), on_pressure = Rows::Zero(U.rows(), r);
+std::vector<Still> still_pressures(const Grid& g, const BodySurface& s,
+                                   const PressureSystem& water) {
   std::vector<Still> still;
-  for (Eigen::Index v = 0; v < count; ++v) {
-    still.push_back(still_pressure(g, water, s.points[v]));
-    dp.row(v) = still[v].slope.transpose() * U.middleRows<3>(3 * v);
-  }
+  for (const Vec3& x : s.points) still.push_back(still_pressure(g, water, x));
+  return still;
+}
+
+// work(corners, change) of every triangle under pressure.
+template <class Work>
+void for_each_pressed(const BodySurface& s, const std::vector<Still>& still, const Work& work) {
   for (const Vec3i& t : wet_triangles(*s.body)) {
     const Still at[3] = {still[t[0]], still[t[1]], still[t[2]]};
     if (at[0].p == 0.0 && at[1].p == 0.0 && at[2].p == 0.0) continue;
     const Vec3 x[3] = {s.points[t[0]], s.points[t[1]], s.points[t[2]]};
+    work(t, TriangleChange(x, at));
+  }
+}
+
+HydrostaticStiffness stiffness_of_modes(const BodySurface& s, const std::vector<Still>& still) {
+  const int r = s.body->r;
+  const auto count = static_cast<Eigen::Index>(s.points.size());
+  const Rows U = modes_in_world(s);
+  Rows dp(count, r), on_normal = Rows::Zero(U.rows(), r), on_pressure = Rows::Zero(U.rows(), r);
+  for (Eigen::Index v = 0; v < count; ++v)
+    dp.row(v) = still[v].slope.transpose() * U.middleRows<3>(3 * v);
+  for_each_pressed(s, still, [&](const Vec3i& t, const TriangleChange& change) {
     const double *u[3], *of_p[3];
     double *to_normal[3], *to_pressure[3];
     for (int a = 0; a < 3; ++a) {
       u[a] = &U(3L * t[a], 0), of_p[a] = &dp(t[a], 0);
       to_normal[a] = &on_normal(3L * t[a], 0), to_pressure[a] = &on_pressure(3L * t[a], 0);
     }
-    TriangleChange(x, at).add(r, u, of_p, to_normal, to_pressure);
+    change.add(r, u, of_p, to_normal, to_pressure);
+  });
+  const MatX of_normals = U.transpose() * on_normal;
+  const MatX whole = of_normals + U.transpose() * on_pressure;
+  return {MatX(0.5 * (whole + whole.transpose())), of_normals};
+}
+
+// U^T Q U with U = A + B W^T, A: the nodes of the surface in the world, W^T = I^-1 D, B: [arm] of each
+// vertex (Eq. S3), Q of its triangles.
+class OfNodes {
+ public:
+  explicit OfNodes(const BodySurface& s) : s_(s), space_(*s.body->nodes) {
+    out_.W = s.terms.spin_of_modes.transpose();
+    out_.V = out_.V_of_rows = MatX::Zero(space_.size(), 3);
+    for (int a = 0; a < 3; ++a) turn_.block<3, 3>(3 * a, 3 * a) = s.R;
   }
-  HydrostaticStiffness K{U.transpose() * on_pressure, U.transpose() * on_normal};
-  K.whole += K.of_normals;
-  K.whole = (0.5 * (K.whole + K.whole.transpose())).eval();
-  return K;
+
+  static constexpr int kDofs = 9;  // of the corners of a triangle
+  using Square = Eigen::Matrix<double, kDofs, kDofs, Eigen::RowMajor>;
+  void add(const Vec3i& t, const Square& Q) {
+    const Square own = turn_.transpose() * Q * turn_;
+    Eigen::Matrix<double, kDofs, 3> B;
+    for (int a = 0; a < 3; ++a) B.middleRows<3>(3 * a) = skew(s_.points[t[a]] - s_.centre);
+    const Eigen::Matrix<double, kDofs, 3> V = turn_.transpose() * Q * B,
+                                          V_of_rows = turn_.transpose() * Q.transpose() * B;
+    out_.G += B.transpose() * Q * B;
+    for (int i = 0; i < kDofs; ++i) {
+      const int row = dof(t, i);
+      out_.V.row(row) += V.row(i), out_.V_of_rows.row(row) += V_of_rows.row(i);
+      for (int j = 0; j < kDofs; ++j) near_.emplace_back(row, dof(t, j), own(i, j));
+    }
+  }
+  LoadStiffness take() {
+    out_.near.resize(space_.size(), space_.size());
+    out_.near.setFromTriplets(near_.begin(), near_.end());
+    LoadStiffness K;
+    K.nodes = std::make_shared<const NodalStiffness>(std::move(out_));
+    return K;
+  }
+
+ private:
+  int dof(const Vec3i& t, int i) const { return space_.first_dof(t[i / 3]) + i % 3; }
+
+  const BodySurface& s_;
+  const NodalSpace& space_;
+  Square turn_ = Square::Zero();  // corners from the body frame to the world
+  NodalStiffness out_;
+  std::vector<Eigen::Triplet<double>> near_;
+};
+
+HydrostaticStiffness stiffness_of_nodes(const BodySurface& s, const std::vector<Still>& still) {
+  using Square = OfNodes::Square;
+  const Square one = Square::Identity();
+  OfNodes whole(s), of_normals(s);
+  for_each_pressed(s, still, [&](const Vec3i& t, const TriangleChange& change) {
+    Square on_normal = Square::Zero(), on_pressure = Square::Zero(), dp = Square::Zero();
+    const double *u[3], *of_p[3];
+    double *to_normal[3], *to_pressure[3];
+    for (int a = 0; a < 3; ++a) {
+      dp.block<1, 3>(a, 3 * a) = still[t[a]].slope.transpose();
+      u[a] = &one(3 * a, 0), of_p[a] = &dp(a, 0);
+      to_normal[a] = &on_normal(3 * a, 0), to_pressure[a] = &on_pressure(3 * a, 0);
+    }
+    change.add(OfNodes::kDofs, u, of_p, to_normal, to_pressure);
+    on_pressure += on_normal;
+    whole.add(t, 0.5 * (on_pressure + on_pressure.transpose()));
+    of_normals.add(t, on_normal);
+  });
+  return {whole.take(), of_normals.take()};
+}
+
+}  // namespace
+
+HydrostaticStiffness hydrostatic_stiffness(const Grid& g, const BodySurface& s,
+                                           const PressureSystem& water) {
+  const std::vector<Still> still = still_pressures(g, s, water);
+  return s.body->nodes ? stiffness_of_nodes(s, still) : stiffness_of_modes(s, still);
 }
 
 }  // namespace archetide

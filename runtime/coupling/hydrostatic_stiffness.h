@@ -6,10 +6,10 @@
 namespace archetide {
 
 /// How the pressure of still water resists a change of a body's shape, -d f_q / dq of its modal force
-/// f_q, r x r, N m per unit q (docs/method.md, S14a).
+/// f_q (docs/method.md, S14a).
 struct HydrostaticStiffness {
-  MatX whole;       // symmetric; empty: none
-  MatX of_normals;  // of that what comes from the normals alone, at a pressure that stays
+  LoadStiffness whole;       // symmetric; empty: none
+  LoadStiffness of_normals;  // of that what comes from the normals alone, at a pressure that stays
 };
 
 /// The vertices of the surface have the pressure that stands under the water above them; above the

@@ -53,11 +53,11 @@ void set_nodes_free(const BodySpec& spec, ArchetypeLibrary& library, ReducedBody
   if (spec.modes || spec.every_motion)
     throw InputError({{spec.modes_where, full + "frees every node: it has no number of modes",
                        "remove modes, or remove deformable"}});
-  if (a.nonlinear())
-    throw InputError(
-        {{spec.deformable_where,
-          full + "is linear elasticity, archetype " + spec.archetype + " has nonlinear modes",
-          "set modes.kind = \"linear\" in its body file and build it again"}});
+  if (a.nonlinear() && !a.matrices.empty() && a.matrices.lambda.size() == 0)
+    throw InputError({{spec.deformable_where,
+                       full + "needs the material of every tet, which archetype " + spec.archetype +
+                           " is too old to have",
+                       "build it again"}});
   if (a.matrices.empty())
     throw InputError({{spec.deformable_where,
                        full + "needs the mass and the stiffness of the tets, which archetype " +
@@ -74,17 +74,15 @@ void demand_modes_under_skins(const BodySpec& spec, const SceneSpec& scene) {
         "remove [[skin]], or give the body modes instead"}});
 }
 
-// Nonlinear modes have the trapezoidal rule only.
+// Nonlinear bodies have the trapezoidal rule only.
 void demand_trapezoid(const BodySpec& spec, const BuiltScene& built) {
   const ReducedBody& body = built.bodies.back();
-  if (built.options.modal.step == ModalStep::kTrapezoid || body.r == 0 ||
-      !body.archetype->nonlinear())
-    return;
-  throw InputError({{spec.where,
-                     "archetype " + spec.archetype +
-                         " has nonlinear modes, which backward Euler does not advance",
-                     "remove coupling.modal_step, or set modes.kind = \"linear\" in its body "
-                     "file"}});
+  if (built.options.modal.step == ModalStep::kTrapezoid || !body.is_nonlinear()) return;
+  throw InputError(
+      {{spec.where,
+        "archetype " + spec.archetype + " is nonlinear, which backward Euler does not advance",
+        "remove coupling.modal_step, or set modes.kind = \"linear\" in its body "
+        "file"}});
 }
 
 // A rigid body needs no tets.

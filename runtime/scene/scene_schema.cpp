@@ -265,40 +265,41 @@ Keys contact_keys(const std::string& table) {
 
 // Keys that a body and the instances of a scatter share.
 Keys instance_keys(const std::string& table, const std::string& archetype = "required") {
-  return {{.path = table + ".archetype",
-           .type = kString,
-           .fallback = archetype,
-           .meaning = "name of an archetype, or path of one ending in .h5, relative to this file"},
-          {.path = table + ".velocity",
-           .type = kVec3,
-           .unit = "m/s",
-           .fallback = "[0, 0, 0]",
-           .meaning = "of the centre of mass"},
-          {.path = table + ".angular_velocity",
-           .type = kVec3,
-           .unit = "rad/s",
-           .fallback = "[0, 0, 0]",
-           .meaning = "world frame"},
-          {.path = table + ".density",
-           .unit = "kg/m^3",
-           .range = between(kLeastDensity, kLargestDensity),
-           .fallback = "absent",
-           .meaning = "scales the mass, leaves the stiffness; absent = the archetype's"},
-          {.path = table + ".modes",
-           .type = kIntegerOrString,
-           .range = between(0, 100000),
-           .fallback = "absent",
-           .choices = {"all", "full"},
-           .meaning = "0 = rigid; absent = all that are stored; \"full\" = the same, but only "
-                      "from an archetype with every degree of freedom of its tets (modes.count = "
-                      "\"full\" in the body file)"},
-          {.path = table + ".deformable",
-           .type = kString,
-           .fallback = "\"modes\"",
-           .choices = {"modes", "full"},
-           .meaning = "full = every node of the tets is free instead of a few modes, linear "
-                      "elasticity; the archetype must keep its tets (keep = \"tets\" in the body "
-                      "file). Not with modes, [[skin]]"}};
+  return {
+      {.path = table + ".archetype",
+       .type = kString,
+       .fallback = archetype,
+       .meaning = "name of an archetype, or path of one ending in .h5, relative to this file"},
+      {.path = table + ".velocity",
+       .type = kVec3,
+       .unit = "m/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "of the centre of mass"},
+      {.path = table + ".angular_velocity",
+       .type = kVec3,
+       .unit = "rad/s",
+       .fallback = "[0, 0, 0]",
+       .meaning = "world frame"},
+      {.path = table + ".density",
+       .unit = "kg/m^3",
+       .range = between(kLeastDensity, kLargestDensity),
+       .fallback = "absent",
+       .meaning = "scales the mass, leaves the stiffness; absent = the archetype's"},
+      {.path = table + ".modes",
+       .type = kIntegerOrString,
+       .range = between(0, 100000),
+       .fallback = "absent",
+       .choices = {"all", "full"},
+       .meaning = "0 = rigid; absent = all that are stored; \"full\" = the same, but only "
+                  "from an archetype with every degree of freedom of its tets (modes.count = "
+                  "\"full\" in the body file)"},
+      {.path = table + ".deformable",
+       .type = kString,
+       .fallback = "\"modes\"",
+       .choices = {"modes", "full"},
+       .meaning = "full = every node of the tets is free instead of a few modes, with the "
+                  "elasticity of its modes; the archetype must keep its tets (keep = \"tets\" in "
+                  "the body file). Not with modes, [[skin]]"}};
 }
 
 Keys rotation_keys(const std::string& table) {

@@ -167,10 +167,10 @@ class Front {
       place_[s.below[r]] = s.width + static_cast<int>(r);
   }
 
-  void add_matrix(const TetMatrices& m, double ratio) {
+  void add_matrix(const TetMatrices& m, const std::vector<Mat3>& K, double ratio) {
     for (int c = 0; c < s_.width; ++c)
       for (const FactorPattern::Entry& e : pattern_.entries(s_.first + c)) {
-        Mat3 block = ratio * m.stiffness[e.block];
+        Mat3 block = ratio * K[e.block];
         if (e.transpose) block.transposeInPlace();
         block.diagonal().array() += m.mass[e.block];
         values_.block<3, 3>(3L * place_[e.row], 3L * c) += block;
@@ -184,12 +184,12 @@ class Front {
         values_.block<3, 3>(3L * place_[child.below[r]], to) += update.block<3, 3>(3 * r, 3 * c);
     }
   }
-  /// L of the supernode's columns; what is left is its update.
+  /// L of the supernode's columns; what is left is its update. Empty where it is not definite.
   MatX factor(MatX& update) {
     const long w = 3L * s_.width, b = values_.rows() - w;
     auto pivot = values_.topLeftCorner(w, w);
     const Eigen::LLT<Eigen::Ref<MatX>> llt(pivot);
-    ARCHETIDE_CHECK(llt.info() == Eigen::Success);
+    if (llt.info() != Eigen::Success) return {};
     auto below = values_.bottomLeftCorner(b, w);
     pivot.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(below);
     update = values_.bottomRightCorner(b, b);
@@ -311,7 +311,18 @@ void solve_few(const std::vector<Supernode>& supernodes, const std::vector<MatX>
 
 BlockCholesky::BlockCholesky(std::shared_ptr<const FactorPattern> pattern,
                              const TetMatrices& matrices, double ratio)
-    : pattern_(std::move(pattern)) {
+    : BlockCholesky(std::move(pattern)) {
+  ARCHETIDE_CHECK(factor(matrices, matrices.stiffness, ratio));
+}
+
+std::shared_ptr<const BlockCholesky> BlockCholesky::if_definite(
+    std::shared_ptr<const FactorPattern> pattern, const TetMatrices& matrices,
+    const std::vector<Mat3>& K, double ratio) {
+  const std::shared_ptr<BlockCholesky> made(new BlockCholesky(std::move(pattern)));
+  return made->factor(matrices, K, ratio) ? made : nullptr;
+}
+
+bool BlockCholesky::factor(const TetMatrices& matrices, const std::vector<Mat3>& K, double ratio) {
   const std::vector<Supernode>& supernodes = pattern_->supernodes();
   std::vector<int> place(pattern_->size());
   std::vector<Update> open;  // children stand last: columns are in postorder
@@ -319,15 +330,17 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const FactorPattern> pattern,
   for (std::size_t n = 0; n < supernodes.size(); ++n) {
     const Supernode& s = supernodes[n];
     Front front(*pattern_, s, place);
-    front.add_matrix(matrices, ratio);
+    front.add_matrix(matrices, K, ratio);
     while (!open.empty() && supernodes[open.back().supernode].parent == static_cast<int>(n)) {
       front.add_update(supernodes[open.back().supernode], open.back().of_rows);
       open.pop_back();
     }
     MatX update;
     panels_.push_back(front.factor(update));
+    if (panels_.back().size() == 0) return false;
     if (s.parent >= 0) open.push_back({static_cast<int>(n), std::move(update)});
   }
+  return true;
 }
 
 void BlockCholesky::solve_some(Eigen::Ref<MatX> b) const {

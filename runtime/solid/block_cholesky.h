@@ -53,6 +53,10 @@ class BlockCholesky {
   /// Throws AssertionError where it is not positive definite.
   BlockCholesky(std::shared_ptr<const FactorPattern> pattern, const TetMatrices& matrices,
                 double ratio);
+  /// With other blocks K of the same pattern; null where M + ratio K is not positive definite.
+  static std::shared_ptr<const BlockCholesky> if_definite(
+      std::shared_ptr<const FactorPattern> pattern, const TetMatrices& matrices,
+      const std::vector<Mat3>& K, double ratio);
 
   /// Columns of b (3 n, dof 3 node + axis) become those of the solution. A column's answer does not
   /// depend on the number of threads.
@@ -60,6 +64,9 @@ class BlockCholesky {
   std::size_t bytes() const;
 
  private:
+  explicit BlockCholesky(std::shared_ptr<const FactorPattern> pattern)
+      : pattern_(std::move(pattern)) {}
+  bool factor(const TetMatrices& matrices, const std::vector<Mat3>& K, double ratio);
   void solve_some(Eigen::Ref<MatX> b) const;
   std::shared_ptr<const FactorPattern> pattern_;
   std::vector<MatX> panels_;  // per supernode, 3 rows() x 3 width: L of its columns

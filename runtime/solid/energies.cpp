@@ -18,18 +18,22 @@ double kinetic_energy(const ReducedBody& body) {
 }
 
 VecX elastic_force(const ReducedBody& body, const VecX& q) {
-  if (body.nodes) return body.nodes->product(0.0, 1.0, q);
+  if (body.nodes) return body.nodes->elastic_force(q);
+  if (body.is_nonlinear()) return body.archetype->elastic.force(q);
   return body.archetype->K_r.topLeftCorner(body.r, body.r) * q;
 }
 
-double elastic_energy(const ReducedBody& body) {
-  if (body.r > 0 && body.archetype->nonlinear()) return body.archetype->elastic.energy(body.q);
-  return 0.5 * body.q.dot(elastic_force(body, body.q));
+double elastic_energy(const ReducedBody& body) { return elastic_energy(body, body.q); }
+
+double elastic_energy(const ReducedBody& body, const VecX& q) {
+  if (body.nodes) return body.nodes->elastic_energy(q);
+  if (body.is_nonlinear()) return body.archetype->elastic.energy(q);
+  return 0.5 * q.dot(elastic_force(body, q));
 }
 
 std::size_t instance_bytes(const ReducedBody& body) {
-  const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
-  const auto numbers = body.q.size() + body.q_dot.size() + body.dofs() + (nonlinear ? body.r : 0);
+  const auto numbers =
+      body.q.size() + body.q_dot.size() + body.dofs() + (body.is_nonlinear() ? body.r : 0);
   return sizeof(ReducedBody) + sizeof(double) * numbers;
 }
 

@@ -60,12 +60,13 @@ void take(ModalMotion&& modes, FreeMotion& motion) {
   motion.y_star.tail(modes.q_dot.size()) = modes.q_dot;
   motion.H.M_hat = std::move(modes.M_hat);
   motion.H.M_hat_factor = std::move(modes.M_hat_factor);
+  motion.H.nodal = std::move(modes.nodal);
   motion.slope = std::move(modes.slope);
 }
 
 /// Mass and fictitious forces of the middle of a step of a nonlinear body.
 struct MiddleTerms {
-  MatX M_q;
+  ConfigurationTerms terms;
   VecX fictitious;
 };
 MiddleTerms middle_terms(const ReducedBody& body, const VecX& q_dot, double dt, ModalMass mass,
@@ -73,8 +74,9 @@ MiddleTerms middle_terms(const ReducedBody& body, const VecX& q_dot, double dt, 
   out.y_star.tail(body.r) = q_dot;
   ReducedBody moved = body;
   const Configuration middle = advance_pose(moved, out, out.y_star, dt);
-  const ConfigurationTerms there = configuration_terms(body, middle, mass);
-  return {there.M_q, fictitious_force(body, middle, there)};
+  ConfigurationTerms there = configuration_terms(body, middle, mass);
+  VecX fictitious = fictitious_force(body, middle, there);
+  return {std::move(there), std::move(fictitious)};
 }
 
 /// Mass and fictitious forces belong to the middle of the step, which the pass before has found, and
@@ -83,27 +85,27 @@ MiddleTerms middle_terms(const ReducedBody& body, const VecX& q_dot, double dt, 
 void move_nonlinear_half(const ReducedBody& body, const Configuration& at, const VecX& force,
                          double dt, ModalMass mass, FreeMotion& out) {
   constexpr int kPasses = 2;  // with one a bent, spinning bar gains 3 % in 20 periods [D54]
-  const MatX& K = out.load_stiffness;
+  const LoadStiffness& K = out.load_stiffness;
   if (at.linear_about.size() > 0) {
     const MiddleTerms middle = middle_terms(body, at.linear_about, dt, mass, out);
     out.linear_about = at.linear_about;
-    return take(nonlinear_half_step_about(body, at.linear_about, middle.M_q,
+    return take(nonlinear_half_step_about(body, at.linear_about, middle.terms,
                                           middle.fictitious + force, dt, K),
                 out);
   }
   const VecX push = body.last_push.size() == body.r ? body.last_push : VecX::Zero(body.r),
              load = force + push,
              first = fictitious_force(body, current_configuration(body), out.terms);
-  MatX M_q = out.terms.M_q;
-  ModalMotion modes = nonlinear_half_step(body, M_q, first + load, dt, K);
+  ConfigurationTerms terms = out.terms;
+  ModalMotion modes = nonlinear_half_step(body, terms, first + load, dt, K);
   for (int pass = 0; pass < kPasses; ++pass) {
-    const MiddleTerms middle = middle_terms(body, modes.q_dot, dt, mass, out);
-    M_q = middle.M_q;
-    modes = nonlinear_half_step(body, M_q, middle.fictitious + load, dt, K, std::move(modes));
+    MiddleTerms middle = middle_terms(body, modes.q_dot, dt, mass, out);
+    terms = std::move(middle.terms);
+    modes = nonlinear_half_step(body, terms, middle.fictitious + load, dt, K, std::move(modes));
   }
-  linearise(body, M_q, dt, K, modes);
+  linearise(body, terms, dt, K, modes);
   out.linear_about = modes.q_dot;
-  modes.q_dot -= modes.M_hat_factor.solve(0.5 * dt * push);
+  modes.q_dot -= modes.solve(0.5 * dt * push);
   take(std::move(modes), out);
 }
 
@@ -112,7 +114,16 @@ void move_nonlinear(const ReducedBody& body, const Configuration& at, const VecX
                     Stage stage, ModalMass mass, FreeMotion& out) {
   if (stage == Stage::kPositionHalf) return move_nonlinear_half(body, at, force, dt, mass, out);
   const VecX load = fictitious_force(body, at, out.terms) + force;
-  take(nonlinear_full_step(body, at, out.terms.M_q, load, dt, out.load_stiffness), out);
+  take(nonlinear_full_step(body, at, out.terms, load, dt, out.load_stiffness), out);
+}
+
+/// H without modes.
+GeneralisedMass rigid_mass(const ConfigurationTerms& terms) {
+  GeneralisedMass H;
+  H.mass = terms.mass;
+  H.inertia = terms.inertia;
+  H.inertia_inverse = terms.inertia_inverse;
+  return H;
 }
 
 double stage_length(double dt, Stage stage) {
@@ -173,24 +184,21 @@ MatX GeneralisedMass::inverse() const {
 // Eq. S5.
 GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
                                  double dt, Stage stage, ModalStep step) {
-  GeneralisedMass H;
-  H.mass = terms.mass;
-  H.inertia = terms.inertia;
-  H.inertia_inverse = terms.inertia_inverse;
+  GeneralisedMass H = rigid_mass(terms);
   if (body.nodes) {
     H.nodal = nodal_mass(body, terms, implicit_length(dt, stage, step));
     return H;
   }
-  H.M_hat = body.archetype->nonlinear() ? nonlinear_modal_mass(body, terms.M_q, dt)
-                                        : terms.M_q + implicit_part(body, dt, stage, step);
+  H.M_hat = body.is_nonlinear() ? nonlinear_modal_mass(body, terms.M_q, dt)
+                                : terms.M_q + implicit_part(body, dt, stage, step);
   if (body.r > 0) H.M_hat_factor.compute(H.M_hat);
   return H;
 }
 
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
                        double dt, Stage stage, const ModalOptions& options,
-                       const MatX& load_stiffness) {
-  const bool nonlinear = body.r > 0 && body.archetype->nonlinear();
+                       const LoadStiffness& load_stiffness) {
+  const bool nonlinear = body.is_nonlinear();
   FreeMotion out;
   out.terms = configuration_terms(body, at, options.mass);
   if (at.impact_step > 0.0) {
@@ -198,7 +206,6 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
     out.y_star = generalised_velocity(body, out.terms);
     return out;
   }
-  out.H = generalised_mass(body, out.terms, nonlinear ? 0.0 : dt, stage, options.step);
   const double h = stage_length(dt, stage);
 
   // Eqs. 26 and 28: momenta change by the impulse of external forces alone
@@ -208,12 +215,15 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
 
   if (nonlinear) {
     out.load_stiffness = load_stiffness;
-    momentum.tail(body.r).setZero();
-    out.y_star = out.H.solve(momentum);
+    out.H = rigid_mass(out.terms);
+    out.y_star = VecX::Zero(body.dofs());
+    out.y_star.head<3>() = momentum.head<3>() / out.H.mass;
+    out.y_star.segment<3>(3) = out.H.inertia_inverse * momentum.segment<3>(3);
     move_nonlinear(body, at, force.tail(body.r), dt, stage, options.mass, out);
     return out;
   }
 
+  out.H = generalised_mass(body, out.terms, dt, stage, options.step);
   // Eqs. 25, 32 and 34: M̂ q̇* = M_q q̇ⁿ − h K qⁿ + h (g + f_q); the trapezoid's full step averages
   // C and K over qⁿ, qⁿ⁺¹
   if (body.r > 0) {

@@ -7,10 +7,14 @@
 namespace archetide {
 
 Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved) {
-  Vec3 u = Vec3::Zero();
+  return displacement_of(body, moved, body.q);
+}
+
+Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved, const VecX& u) {
+  Vec3 sum = Vec3::Zero();
   for (const VertexShare& m : moved)
-    u += m.weight * body.q.segment<3>(body.nodes->first_dof(m.vertex));
-  return u;
+    sum += m.weight * u.segment<3>(body.nodes->first_dof(m.vertex));
+  return sum;
 }
 
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares& moved) {

@@ -18,6 +18,8 @@ using VertexShares = std::vector<VertexShare>;
 
 /// Displacement of a place of a body of nodes that moves with these vertices, body frame, m.
 Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved);
+/// The same of other displacements u of the nodes, 3 n.
+Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved, const VecX& u);
 /// deformed_arm() of such a place, world, m.
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares& moved);
 

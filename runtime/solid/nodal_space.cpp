@@ -50,6 +50,9 @@ NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
   if (a.r() > 0) mode_moments_ = (mode_moments_ * a.M_r.inverse()).eval();
   if (a.r() == 0 || a.swelling.volume.size() > 0)
     swelling_ = std::make_unique<SurfaceSwelling>(a.surface);
+  if (!a.nonlinear()) return;
+  elasticity_ = std::make_unique<TetElasticity>(a.tets, a.matrices.lambda, a.matrices.mu);
+  places_ = elasticity_->places_in(a.matrices);
 }
 
 void NodalSpace::match_inertia() {
@@ -128,6 +131,39 @@ VecX NodalSpace::product(double a, double b, const VecX& u) const {
   return out;
 }
 
+VecX NodalSpace::product(const std::vector<Mat3>& blocks, const VecX& u) const {
+  const TetMatrices& m = archetype_->matrices;
+  VecX out = VecX::Zero(u.size());
+  for (int p = 0; p < static_cast<int>(m.row_ends.size()); ++p) {
+    const Vec3 u_p = u.segment<3>(3L * p);
+    const int diagonal = m.row_end(p) - 1;
+    Vec3 sum = blocks[diagonal] * u_p;
+    for (int e = m.row_begin(p); e < diagonal; ++e) {
+      const int q = m.column[e];
+      sum += blocks[e] * u.segment<3>(3L * q);
+      out.segment<3>(3L * q) += blocks[e].transpose() * u_p;
+    }
+    out.segment<3>(3L * p) += sum;
+  }
+  return out;
+}
+
+double NodalSpace::elastic_energy(const VecX& u) const {
+  return elasticity_ ? elasticity_->energy(u) : 0.5 * u.dot(product(0.0, 1.0, u));
+}
+
+VecX NodalSpace::elastic_force(const VecX& u) const {
+  if (!elasticity_) return product(0.0, 1.0, u);
+  MatX f = elasticity_->force(u);
+  take_rigid_force(f);
+  return f;
+}
+
+void NodalSpace::add_stiffness(const VecX& u, double factor, std::vector<Mat3>& blocks) const {
+  ARCHETIDE_CHECK(elasticity_ && blocks.size() == this->blocks());
+  elasticity_->add_stiffness(u, factor, places_, blocks);
+}
+
 void NodalSpace::take_rigid_motion(MatX& u) const {
   u -= rigid_ * (rigid_momentum_.transpose() * u).eval();
 }
@@ -154,6 +190,11 @@ std::shared_ptr<const BlockCholesky> NodalSpace::factor(double ratio) const {
   return kept(ratio).factor;
 }
 
+std::shared_ptr<const BlockCholesky> NodalSpace::factor(const std::vector<Mat3>& blocks,
+                                                        double ratio) const {
+  return BlockCholesky::if_definite(pattern_, archetype_->matrices, blocks, ratio);
+}
+
 std::shared_ptr<const MatX> NodalSpace::answers_of_modes(double ratio) const {
   const std::lock_guard guard(lock_);
   Kept& at = kept(ratio);
@@ -170,6 +211,7 @@ std::shared_ptr<const MatX> NodalSpace::answers_of_modes(double ratio) const {
 std::size_t NodalSpace::bytes() const {
   const TetMatrices& m = archetype_->matrices;
   std::size_t sum = m.column.size() * (sizeof(int) + sizeof(double) + sizeof(Mat3));
+  if (elasticity_) sum += elasticity_->bytes() + sizeof(int) * places_.size();
   const std::lock_guard guard(lock_);
   for (const Kept& at : factors_) {
     sum += at.factor->bytes();
@@ -179,8 +221,68 @@ std::size_t NodalSpace::bytes() const {
                                                          mode_moments_.size() + 2 * rest_.size());
 }
 
+namespace {
+
+// Blocks p >= q of a matrix of the nodes onto those of the pattern.
+void add_load(const TetMatrices& m, const Eigen::SparseMatrix<double>& load, double factor,
+              std::vector<Mat3>& blocks) {
+  for (int column = 0; column < load.outerSize(); ++column)
+    for (Eigen::SparseMatrix<double>::InnerIterator at(load, column); at; ++at) {
+      const int p = static_cast<int>(at.row()) / 3, q = column / 3;
+      if (p < q) continue;
+      const auto begin = m.column.begin() + m.row_begin(p), end = m.column.begin() + m.row_end(p);
+      const auto block = std::lower_bound(begin, end, q);
+      ARCHETIDE_CHECK(block != end && *block == q);
+      blocks[static_cast<std::size_t>(block - m.column.begin())](at.row() % 3, column % 3) +=
+          factor * at.value();
+    }
+}
+
+}  // namespace
+
 NodalMass::NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b)
     : space_(std::move(space)), a_(a), b_(b), factor_(space_->factor(b / a)) {}
+
+NodalMass::NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b,
+                     std::vector<Mat3> elastic, const NodalStiffness* load, double unit)
+    : space_(std::move(space)), a_(a), b_(b), elastic_(std::move(elastic)) {
+  const TetMatrices& m = space_->archetype().matrices;
+  const auto add_rest = [&](double share, std::vector<Mat3>& to) {
+    for (std::size_t e = 0; e < to.size(); ++e) to[e] += share * m.stiffness[e];
+  };
+  blocks_ = elastic_;
+  add_rest(b, blocks_);
+  if (load) add_load(m, load->near, unit, blocks_);
+  constexpr int kMostTries = 12;
+  double share = 0.5 * unit;
+  for (int tries = 0; !(factor_ = space_->factor(blocks_, 1.0 / a)); ++tries, share *= 2.0)
+    if (tries < kMostTries) {
+      add_rest(share, elastic_);
+      add_rest(share, blocks_);
+    } else {  // there is no use of it
+      elastic_.assign(space_->blocks(), Mat3::Zero());
+      add_rest(unit, elastic_);
+      blocks_ = elastic_;
+      add_rest(b, blocks_);
+    }
+  const MatX& N = space_->rigid_momentum();
+  rigid_answers_ = N;
+  factor_->solve(rigid_answers_);
+  rigid_answers_ = (rigid_answers_ * (N.transpose() * rigid_answers_).inverse()).eval();
+  if (!load) return;
+  MatX U(size(), 6), C = MatX::Zero(6, 6);
+  U << load->V, load->W;
+  C.topRightCorner<3, 3>() = C.bottomLeftCorner<3, 3>() = unit * Mat3::Identity();
+  C.bottomRightCorner<3, 3>() = unit * load->G;
+  add(U, C);
+}
+
+VecX NodalStiffness::operator*(const VecX& u) const {
+  const Vec3 turn = W.transpose() * u;
+  return near * u + V * turn + W * (V_of_rows.transpose() * u + G * turn);
+}
+
+VecX LoadStiffness::operator*(const VecX& q) const { return nodes ? *nodes * q : modes * q; }
 
 void NodalMass::add(const MatX& U, const MatX& C) {
   Addition added{U, C, solve(U), MatX()};
@@ -191,9 +293,23 @@ void NodalMass::add(const MatX& U, const MatX& C) {
 }
 
 VecX NodalMass::product(const VecX& u) const {
-  VecX f = space_->product(a_, b_, u);
+  VecX f = is_nonlinear() ? VecX(space_->product(a_, 0.0, u) + space_->product(blocks_, u))
+                          : space_->product(a_, b_, u);
   for (const Addition& added : additions_) f += added.U * (added.C * (added.U.transpose() * u));
   return f;
+}
+
+VecX NodalMass::elastic_product(const VecX& u) const {
+  MatX f = space_->product(elastic_, u);
+  space_->take_rigid_force(f);
+  return f;
+}
+
+// A factor that knows its rest shape moves rigidly by rigid forces alone. Else the answer to rigid
+// forces is taken that leaves no rigid motion.
+void NodalMass::take_rigid_motion(MatX& u) const {
+  if (!is_nonlinear()) return space_->take_rigid_motion(u);
+  u -= rigid_answers_ * (space_->rigid_momentum().transpose() * u).eval();
 }
 
 // From u of a M + b K alone: each addition takes W G U^T u of what was there before.
@@ -227,7 +343,7 @@ void NodalMass::solve(const std::vector<const NodalMass*>& masses, std::vector<M
     }
     mass.space_->take_rigid_force(all);
     mass.factor_->solve(all);
-    mass.space_->take_rigid_motion(all);
+    mass.take_rigid_motion(all);
     at = 0;
     for (const std::size_t b : alike) {
       f[b] = all.middleCols(at, f[b].cols()) / masses[b]->a_;
@@ -238,6 +354,7 @@ void NodalMass::solve(const std::vector<const NodalMass*>& masses, std::vector<M
 }
 
 MatX NodalMass::answers_of_modes() const {
+  if (is_nonlinear()) return solve(space_->mode_moments());
   MatX u = *space_->answers_of_modes(b_ / a_) / a_;
   take_additions(u);
   return u;

@@ -4,7 +4,10 @@
 #include <mutex>
 #include <vector>
 
+#include <Eigen/SparseCore>
+
 #include "common/archetype/archetype.h"
+#include "common/archetype/tet_elasticity.h"
 #include "runtime/solid/block_cholesky.h"
 
 namespace archetide {
@@ -46,16 +49,30 @@ class NodalSpace {
   VecX from_surface(const VecX& f) const;                              // its transpose, 3 n
   const SurfaceSwelling* swelling() const { return swelling_.get(); }  // null: not corrected
 
-  /// (a M + b K) u.
+  /// (a M + b K) u, K at rest.
   VecX product(double a, double b, const VecX& u) const;
+  /// The same of other blocks, of the pattern of TetMatrices.
+  VecX product(const std::vector<Mat3>& blocks, const VecX& u) const;
+  /// Elastic energy of the nodes, J, and force dV/du without its rigid part, 3 n, N. Of a nonlinear
+  /// archetype NeoHookean, else 1/2 u K u.
+  double elastic_energy(const VecX& u) const;
+  VecX elastic_force(const VecX& u) const;
+  /// blocks += factor d2V/du2, N/m; of a nonlinear archetype only.
+  void add_stiffness(const VecX& u, double factor, std::vector<Mat3>& blocks) const;
+  std::size_t blocks() const { return archetype_->matrices.column.size(); }
   /// Pi = 1 - J_0 (J_0^T M J_0)^-1 J_0^T M and its transpose, on columns of displacements and of
   /// forces.
   void take_rigid_motion(MatX& u) const;
   void take_rigid_force(MatX& f) const;
 
+  /// M J_0 (J_0^T M J_0)^-1, 3 n x 6: the forces that rigid motions take up.
+  const MatX& rigid_momentum() const { return rigid_momentum_; }
+
   /// Factor of M + ratio K (ratio in s^2). The last few are kept: steps come in few lengths, and
   /// both stages of one have the same.
   std::shared_ptr<const BlockCholesky> factor(double ratio) const;
+  /// Of M + ratio B, B other blocks; null where that is not definite. Not kept.
+  std::shared_ptr<const BlockCholesky> factor(const std::vector<Mat3>& blocks, double ratio) const;
   static constexpr std::size_t kKeptFactors = 3;
   /// (M + ratio K)^-1 mode_moments() without rigid motion, 3 n x r; kept with the factor.
   std::shared_ptr<const MatX> answers_of_modes(double ratio) const;
@@ -74,6 +91,8 @@ class NodalSpace {
   MatX rigid_momentum_;  // M J_0 (J_0^T M J_0)^-1, 3 n x 6
   MatX mode_moments_;
   std::unique_ptr<SurfaceSwelling> swelling_;
+  std::unique_ptr<TetElasticity> elasticity_;  // of a nonlinear archetype
+  std::vector<int> places_;                    // of its blocks
   std::shared_ptr<const FactorPattern> pattern_;
   mutable std::mutex lock_;
   struct Kept {
@@ -85,18 +104,36 @@ class NodalSpace {
   mutable std::vector<Kept> factors_;  // the one that was used last stands last
 };
 
-/// Mhat of a body of nodes: a M + b K + sum U C U^T with few columns U, on displacements without
-/// rigid motion (Woodbury).
+/// How a load follows the nodes of a body, -d f / du, N/m: what is between neighbours, 3 n x 3 n, and
+/// V W^T + W V_of_rows^T + W G W^T by the turn of the frame, W: 3 n x 3. Where it is symmetric V_of_rows
+/// is V.
+struct NodalStiffness {
+  Eigen::SparseMatrix<double> near;
+  MatX V, V_of_rows, W;
+  Mat3 G = Mat3::Zero();
+
+  VecX operator*(const VecX& u) const;
+};
+
+/// Mhat of a body of nodes: a M + b K + T + sum U C U^T with few columns U, on displacements without
+/// rigid motion (Woodbury); T: what a nonlinear body has beside, or none.
 class NodalMass {
  public:
   /// a > 0 (1), b >= 0 (s^2).
   NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b);
+  /// T = elastic (blocks of the space, kg) + unit load (unit in s^2; null: none). Where that is not
+  /// definite, elastic gains as much of K as it needs, in units of `unit`.
+  NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b, std::vector<Mat3> elastic,
+            const NodalStiffness* load, double unit);
   /// += U C U^T; C (k x k) symmetric.
   void add(const MatX& U, const MatX& C);
 
   int size() const { return space_->size(); }
   const NodalSpace& space() const { return *space_; }
+  bool is_nonlinear() const { return !elastic_.empty(); }
   VecX product(const VecX& u) const;
+  /// That of `elastic` alone, without its rigid part.
+  VecX elastic_product(const VecX& u) const;
   /// Mhat^-1 f, columns side by side: displacements of the part of f that is no rigid force.
   MatX solve(MatX f) const;
   /// The same of many bodies, f[b] through masses[b]: all that have one factor pass through it at
@@ -110,11 +147,15 @@ class NodalMass {
     MatX U, C;
     MatX W, G;  // W = Mhat^-1 U of what was there before, G = C (1 + U^T W C)^-1
   };
+  void take_rigid_motion(MatX& u) const;
   void take_additions(MatX& u) const;
 
   std::shared_ptr<const NodalSpace> space_;
   double a_, b_;
   std::shared_ptr<const BlockCholesky> factor_;
+  std::vector<Mat3> elastic_, blocks_;  // blocks_: b K + T; both empty without T
+  MatX
+      rigid_answers_;  // of a factor of its own: Z = factor^-1 N (N^T factor^-1 N)^-1, N = rigid_momentum()
   std::vector<Addition> additions_;
 };
 

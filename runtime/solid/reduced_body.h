@@ -13,6 +13,7 @@ namespace archetide {
 
 class NodalMass;
 class NodalSpace;
+struct NodalStiffness;
 
 /// How the modes are advanced: the trapezoidal rule (default) [D32] or backward Euler (Eq. 31).
 enum class ModalStep { kTrapezoid, kBackwardEuler };
@@ -48,6 +49,8 @@ struct ReducedBody {
   std::optional<ContactMaterial> contact = std::nullopt;  // absent: that of the scene
 
   int dofs() const { return 6 + r; }
+  /// Deforms by the archetype's elastic energy: not a rigid one.
+  bool is_nonlinear() const { return r > 0 && archetype->nonlinear(); }
 };
 
 /// The body at rest with every node of its tets free; its archetype must keep their matrices.
@@ -135,7 +138,7 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
 /// M_q q_dot, r, kg/s.
 VecX modal_momentum(const ReducedBody& body, const ConfigurationTerms& terms, const VecX& q_dot);
 
-/// K_r q, r, N m.
+/// dV/dq, r, N m: K_r q of linear bodies.
 VecX elastic_force(const ReducedBody& body, const VecX& q);
 
 /// H = diag(m 1, I, Mhat): the generalised mass that the coupled solve sees. The generalised
@@ -170,6 +173,16 @@ enum class Stage { kPositionHalf, kVelocityFull };
 GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
                                  double dt, Stage stage, ModalStep step);
 
+/// How a load on a body follows its shape, -d f / dq, N m per unit q: r x r, or of a body of nodes.
+struct LoadStiffness {
+  LoadStiffness() = default;
+  LoadStiffness(MatX of_modes) : modes(std::move(of_modes)) {}  // NOLINT: a matrix is one
+  MatX modes{};
+  std::shared_ptr<const NodalStiffness> nodes = nullptr;
+  bool empty() const { return modes.size() == 0 && !nodes; }
+  VecX operator*(const VecX& q) const;
+};
+
 /// Uncoupled motion of a body over one stage: y* after explicit forces, and the mass that further
 /// impulses meet: y = y* + H^-1 f.
 struct FreeMotion {
@@ -177,11 +190,18 @@ struct FreeMotion {
   GeneralisedMass H;
   VecX y_star;  // 6 + r
   // Of a nonlinear body: as free_motion got it; and what the elastic force of the position stage is
-  // linear about, r, with S, how its impulse in half a step changes with the rates, r x r, kg
-  // (docs/method.md, S13a).
-  MatX load_stiffness{};
+  // linear about, r (docs/method.md, S13a).
+  LoadStiffness load_stiffness{};
   VecX linear_about{};
-  MatX slope{};
+  MatX slope{};  // r x r, kg; a body of nodes has it in its mass
+
+  bool is_nonlinear() const { return slope.size() > 0 || (H.nodal && slope_of_nodes()); }
+  /// S q_dot, with S how the impulse of the elastic force in half a step changes with the rates, r, kg
+  /// per s (S13a, S14).
+  VecX slope_product(const VecX& q_dot) const;
+
+ private:
+  bool slope_of_nodes() const;
 };
 
 /// `at` is the configuration where inertia, filter and fictitious forces are evaluated: x^n for the
@@ -196,7 +216,7 @@ struct FreeMotion {
 /// the step (S14a); empty: 0.
 FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const VecX& force,
                        double dt, Stage stage, const ModalOptions& options,
-                       const MatX& load_stiffness = {});
+                       const LoadStiffness& load_stiffness = {});
 
 /// Fictitious force on the modes, r: B^T( -m (w x (w x y) + 2 w x S q_dot) ) with w the frame's
 /// spin I^-1 (L - D q_dot) (Eqs. 5 and 7; docs/method.md, S6). B removes the Euler term exactly.
@@ -219,29 +239,36 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 /// elastic force F(v) = int_0^1 f(q_n + s dt v) ds of the way takes the place of K (q_n + dt/2 v).
 /// Position stage: v = q_dot by Newton's method with line search from the free motion alone.
 /// Velocity stage: linear about v = at.rates_of_force(). In both, impulses then meet M_hat = M_q + dt/2 C +
-/// dt^2/2 dF/dq + dt^2/4 K_h. `load`: g + f, r, N m per unit q; `load_stiffness`: K_h, r x r, how f
-/// falls as q goes on from where it is read (S14a), or empty; `M_q` as the stage has it.
+/// dt^2/2 dF/dq + dt^2/4 K_h. `load`: g + f, r, N m per unit q; `load_stiffness`: K_h, how f falls as
+/// q goes on from where it is read (S14a), or empty; `terms`: M_q as the stage has it.
 struct ModalMotion {
   VecX q_dot;  // r, 1/s
-  MatX M_hat;  // r x r, kg, positive definite
+  MatX M_hat;  // r x r, kg, positive definite; a body of nodes has ..
   Eigen::LDLT<MatX> M_hat_factor;
   MatX slope;  // of that what the elastic force gives, FreeMotion::slope
+  std::shared_ptr<const NodalMass> nodal = nullptr;  // .. this instead
+
+  VecX solve(const VecX& f) const;          // M_hat^-1 f
+  VecX slope_product(const VecX& v) const;  // what the elastic force gives of M_hat v
 };
 /// `guess`: what a like load and M_q have given, or empty. Its M_hat is the last that Newton's
 /// method needed; linearise() makes that of the answer.
-ModalMotion nonlinear_half_step(const ReducedBody& body, const MatX& M_q, const VecX& load,
-                                double dt, const MatX& load_stiffness = {}, ModalMotion guess = {});
-void linearise(const ReducedBody& body, const MatX& M_q, double dt, const MatX& load_stiffness,
-               ModalMotion& motion);
+ModalMotion nonlinear_half_step(const ReducedBody& body, const ConfigurationTerms& terms,
+                                const VecX& load, double dt,
+                                const LoadStiffness& load_stiffness = {}, ModalMotion guess = {});
+void linearise(const ReducedBody& body, const ConfigurationTerms& terms, double dt,
+               const LoadStiffness& load_stiffness, ModalMotion& motion);
 /// The same stage with the elastic force linear about the rates `about` (r), as an earlier solve has
 /// found them (S13a).
-ModalMotion nonlinear_half_step_about(const ReducedBody& body, const VecX& about, const MatX& M_q,
-                                      const VecX& load, double dt, const MatX& load_stiffness);
-ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at, const MatX& M_q,
-                                const VecX& load, double dt, const MatX& load_stiffness = {});
+ModalMotion nonlinear_half_step_about(const ReducedBody& body, const VecX& about,
+                                      const ConfigurationTerms& terms, const VecX& load, double dt,
+                                      const LoadStiffness& load_stiffness);
+ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at,
+                                const ConfigurationTerms& terms, const VecX& load, double dt,
+                                const LoadStiffness& load_stiffness = {});
 /// dt/2 C + dt^2/4 K(q) + M_q: the mass that impulses meet where a nonlinear body stands now; M_q
 /// where dt = 0. Without the negative part of K, so that impulses that take energy in this mass take
-/// it in M_q as well [D70].
+/// it in M_q as well [D70]. With modes only: a body of nodes has its K at rest there.
 MatX nonlinear_modal_mass(const ReducedBody& body, const MatX& M_q, double dt);
 
 /// Kinetic energy of particles at y (6 + r) in the configuration of `terms`, J.
@@ -249,6 +276,7 @@ double kinetic_energy(const ReducedBody& body, const ConfigurationTerms& terms, 
 /// The same of what the body has (all modes exact, whatever `ModalMass`), and elastic energy, J.
 double kinetic_energy(const ReducedBody& body);
 double elastic_energy(const ReducedBody& body);
+double elastic_energy(const ReducedBody& body, const VecX& q);  // of another shape
 
 /// Places of material points: origin + R (s (x + S q) + d), world, m, of the rest places x (n) with
 /// the modes S (3 n x at least r, row 3 k + axis).

@@ -52,6 +52,18 @@ FullBlob::FullBlob(int stored, bool corrected) {
   nodes = std::make_shared<const NodalSpace>(archetype);
 }
 
+std::shared_ptr<const FullBlob> nonlinear_blob(int stored) {
+  auto blob = std::make_shared<FullBlob>(stored, false);
+  Archetype& a = *blob->archetype;
+  const auto tets = static_cast<Eigen::Index>(a.tets.tets.size());
+  a.matrices.lambda = VecX::Constant(tets, 2e4 * 0.4 / (1.4 * 0.2));
+  a.matrices.mu = VecX::Constant(tets, 2e4 / 2.8);
+  const TetElasticity V(a.tets, a.matrices.lambda, a.matrices.mu);
+  a.elastic = V.sampled(a.node_modes, V.points(), VecX::Ones(tets));
+  blob->nodes = std::make_shared<const NodalSpace>(blob->archetype);
+  return blob;
+}
+
 ReducedBody body_of_modes(const FullBlob& blob) {
   return make_body(blob.archetype, blob.archetype->r());
 }

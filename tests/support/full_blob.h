@@ -26,6 +26,9 @@ struct FullBlob {
   explicit FullBlob(int stored = kAll, bool corrected = true);
 };
 
+/// The same of NeoHookean material, whose stored modes have the energy of all tets.
+std::shared_ptr<const FullBlob> nonlinear_blob(int stored = FullBlob::kAll);
+
 /// A body of the blob's stored modes, and one of its nodes, at rest.
 ReducedBody body_of_modes(const FullBlob& blob);
 ReducedBody body_of_nodes(const FullBlob& blob);

@@ -192,6 +192,11 @@ TEST(ArchetypeFile, MatricesOfTheTetsAreReadWithTheWholeOnly) {
   EXPECT_EQ(m.column, a.matrices.column);
   EXPECT_EQ(m.mass, a.matrices.mass);
   EXPECT_EQ(m.stiffness, a.matrices.stiffness);
+  EXPECT_EQ(m.lambda.size(), 0);
+  a.matrices.lambda = VecX::Constant(1, 2e4), a.matrices.mu = VecX::Constant(1, 7e3);
+  EXPECT_EQ(write_archetype(path, a), without);
+  EXPECT_EQ(read_archetype(path).matrices.lambda, a.matrices.lambda);
+  EXPECT_EQ(read_archetype(path).matrices.mu, a.matrices.mu);
 }
 
 TEST(ArchetypeValidation, RefusesMatricesThatAreNoneOfTheTets) {
@@ -209,6 +214,9 @@ TEST(ArchetypeValidation, RefusesMatricesThatAreNoneOfTheTets) {
   refused([](TetMatrices& m) { m.row_ends[3] = 1000; });  // beyond the end
   refused([](TetMatrices& m) { m.mass.back() = 0.0; });   // no mass
   refused([](TetMatrices& m) { m.stiffness[2](1, 1) = NAN; });
+  refused([](TetMatrices& m) { m.mu = VecX::Ones(1); });  // lambda missing
+  refused([](TetMatrices& m) { m.lambda = VecX::Ones(1), m.mu = VecX::Zero(1); });
+  refused([](TetMatrices& m) { m.lambda = m.mu = VecX::Ones(2); });  // more than there are tets
 }
 
 TEST(ArchetypeFile, SameContentsGiveTheSameBytes) {
