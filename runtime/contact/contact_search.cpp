@@ -204,6 +204,22 @@ void add_support(const Patch& patch, const DeformedBody& body, double margin,
   keep(patch.members.front());
 }
 
+/// Of a body whose surface gives way between the points that hold it: the deepest, and all that are
+/// some way from those that are deeper [D77].
+void add_spread(const std::vector<Candidate>& sorted, const DeformedBody& body, int most,
+                std::vector<const Candidate*>& kept) {
+  constexpr double kApart = 2.0;  // spacings of the samples
+  const double apart = kApart * body.shape().spacing;
+  for (const Candidate& c : sorted) {
+    if (static_cast<int>(kept.size()) == most) return;
+    const Vec3& x = body.samples()[c.sample];
+    if (std::none_of(kept.begin(), kept.end(), [&](const Candidate* k) {
+          return (body.samples()[k->sample] - x).norm() < apart;
+        }))
+      kept.push_back(&c);
+  }
+}
+
 std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& body,
                                double margin) {
   constexpr double kSame = 1e-3;  // of the margin: equally deep
@@ -215,11 +231,13 @@ std::vector<Candidate> thinned(std::vector<Candidate> all, const DeformedBody& b
            std::pair(depth_class(q), body.shape().samples[q.sample].order);
   });
   std::vector<const Candidate*> kept;
+  const int most = body.gives_way() ? kMaxSoftContacts : kMaxContacts;
   for (const Patch& patch : patches(all, body)) add_support(patch, body, margin, kept);
+  if (body.gives_way()) add_spread(all, body, most, kept);
   // A point that carried load in the last step stays: on a soft body those between the outermost
   // take turns otherwise, and it never settles.
   for (const Candidate& c : all)
-    if (c.carried && static_cast<int>(kept.size()) < kMaxContacts &&
+    if (c.carried && static_cast<int>(kept.size()) < most &&
         std::find(kept.begin(), kept.end(), &c) == kept.end())
       kept.push_back(&c);
   std::vector<Candidate> out;
@@ -455,9 +473,7 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (deformed[b]) motions[b] = StepMotion(bodies[b], dt);
 
-  const auto bends_far = [&](int b) {
-    return b >= 0 && bodies[b].r > 0 && bodies[b].archetype->nonlinear();
-  };
+  const auto bends_far = [&](int b) { return b >= 0 && bodies[b].is_nonlinear(); };
   std::vector<std::vector<BodyContact>> found(tasks.size()), all(tasks.size());
   ExceptionCarrier carrier;
 #pragma omp parallel for schedule(dynamic) if (tasks.size() > kParallelFrom)

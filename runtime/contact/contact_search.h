@@ -96,6 +96,7 @@ std::vector<BodyContact> find_contacts(const std::vector<ReducedBody>& bodies,
                                        const ContactForces& before,
                                        const SearchOptions& options = {}, double dt = 0.0,
                                        std::vector<BodyContact>* near = nullptr);
-inline constexpr int kMaxContacts = 40;  // of an ordered pair
+inline constexpr int kMaxContacts = 40;       // of an ordered pair; ..
+inline constexpr int kMaxSoftContacts = 160;  // .. of a body that gives way between its contacts
 
 }  // namespace archetide

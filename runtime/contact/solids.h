@@ -82,6 +82,9 @@ class DeformedBody : public TouchedSolid {
   bool to_rest(const Vec3& x, Vec3& rest, Mat3& stretch) const;
   /// How far X can be from where a rigid motion without modes would put it, m.
   double largest_shift() const { return largest_shift_; }
+  /// Whether the surface sinks between points that hold it: it moves in more ways than a few points
+  /// hold, as with every node free [D77].
+  bool gives_way() const { return gives_way_; }
   /// How far the cover is from where this body alone would move its samples, m.
   double cover_shift() const { return cover_shift_; }
   double scale() const { return scale_; }
@@ -102,7 +105,8 @@ class DeformedBody : public TouchedSolid {
   std::vector<Vec3> samples_;
   std::vector<Ball> balls_;
   Vec3 low_, high_;
-  VecX lattice_;                                    // 3 x nodes, displacement in the body frame, m
+  VecX lattice_;  // 3 x nodes, displacement in the body frame, m
+  bool gives_way_;
   double largest_shift_ = 0.0, cover_shift_ = 0.0;  // m
 };
 

@@ -153,7 +153,7 @@ TEST(FullBodyContact, EqualsThatOfAllModesWithOtherSchemes) {
   for (const SimulationOptions& o : others) {
     Simulation modal = colliding_in_water(Kind::kModes, 0.0, 0.0, o),
                nodal = colliding_in_water(Kind::kNodes, 0.0, 0.0, o);
-    EXPECT_LT(apart_after(20, 0.005, modal, nodal), 1e-8 * kSize);
+    EXPECT_LT(apart_after(15, 0.005, modal, nodal), 1e-8 * kSize);
   }
 }
 
