@@ -29,10 +29,8 @@ struct Stretch {
   Mat3 F, cof;
   double J;
 
-  explicit Stretch(const Mat3& gradient) : F(Mat3::Identity() + gradient) {
-    cof << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
-    J = F.col(0).dot(cof.col(0));
-  }
+  explicit Stretch(const Mat3& gradient)
+      : F(Mat3::Identity() + gradient), cof(cofactor(F)), J(F.col(0).dot(cof.col(0))) {}
 };
 
 }  // namespace

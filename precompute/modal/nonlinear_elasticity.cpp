@@ -1,5 +1,7 @@
 #include "precompute/modal/nonlinear_elasticity.h"
 
+#include "common/base/axial.h"
+
 namespace archetide {
 namespace {
 
@@ -9,12 +11,6 @@ struct Lame {
 Lame lame(const Material& m) {
   return {m.young * m.poisson / ((1.0 + m.poisson) * (1.0 - 2.0 * m.poisson)),
           m.young / (2.0 * (1.0 + m.poisson))};
-}
-
-Mat3 cofactor(const Mat3& F) {
-  Mat3 c;
-  c << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
-  return c;
 }
 
 /// Half of D^2 P(1)[H, H], from h'(1) = -mu, h''(1) = lambda + mu, h'''(1) = -2 mu - 3 lambda.

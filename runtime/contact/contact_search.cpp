@@ -264,15 +264,21 @@ bool on_same_surface(const DeformedBody& p, const DeformedBody& q, std::size_t s
          p.normal(static_cast<int>(s)).dot(at.normal) > kFacing;
 }
 
+/// Whether the body at rest holds its own centre: a ring does not.
+bool holds_itself(const DeformedBody& body) { return body.shape().sdf().value(Vec3::Zero()) < 0.0; }
+
 /// Two bodies so far in one another that their surfaces do not say which way is out: each holds the
-/// other's centre, or their surfaces coincide.
+/// other's centre, and its own, or their surfaces coincide. Rings that are linked hold each other's
+/// centres.
 bool merged(const DeformedBody& p, const DeformedBody& q) {
   constexpr double kClose = 0.5, kAlong = 0.05;  // of the smaller reach
   constexpr double kMost = 0.8;                  // of the samples
   const double reach = std::min(p.shape().reach.rest, q.shape().reach.rest);
   if ((p.centre() - q.centre()).norm() > reach) return false;
   SolidPoint in_p, in_q;
-  if (p.locate(q.centre(), 0.0, in_p) && q.locate(p.centre(), 0.0, in_q)) return true;
+  if (holds_itself(p) && holds_itself(q) && p.locate(q.centre(), 0.0, in_p) &&
+      q.locate(p.centre(), 0.0, in_q))
+    return true;
   if ((p.centre() - q.centre()).norm() > kClose * reach) return false;
   const std::size_t samples = p.samples().size();
   std::size_t along = 0;

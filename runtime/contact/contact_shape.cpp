@@ -49,11 +49,6 @@ void add_face_samples(const TriMesh& mesh, const Vec3i& t, double spacing,
     }
 }
 
-Vec3 rest_place(const TriMesh& mesh, const SurfaceSample& s) {
-  return s.weights[0] * mesh.vertices[s.vertices[0]] + s.weights[1] * mesh.vertices[s.vertices[1]] +
-         s.weights[2] * mesh.vertices[s.vertices[2]];
-}
-
 /// Splits samples [begin, end) at the median of their longest extent until clusters are small.
 void cluster(const TriMesh& mesh, std::vector<SurfaceSample>& samples, int begin, int end,
              std::vector<SampleCluster>& clusters) {
@@ -118,6 +113,11 @@ VecX fit_weights(const std::vector<Vec3>& vertices, const std::vector<int>& near
 }
 
 }  // namespace
+
+Vec3 rest_place(const TriMesh& mesh, const SurfaceSample& s) {
+  return s.weights[0] * mesh.vertices[s.vertices[0]] + s.weights[1] * mesh.vertices[s.vertices[1]] +
+         s.weights[2] * mesh.vertices[s.vertices[2]];
+}
 
 std::vector<SurfaceSample> surface_samples(const TriMesh& surface, double spacing) {
   std::vector<SurfaceSample> samples;

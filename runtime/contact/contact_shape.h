@@ -18,6 +18,9 @@ struct SurfaceSample {
   int order = 0;                 // vertices first: of equally deep samples the lower one is kept
 };
 
+/// m, of a sample on this surface.
+Vec3 rest_place(const TriMesh& mesh, const SurfaceSample& s);
+
 /// Where a sample of a body under a cover is.
 struct CoverPlace {
   Vec3i vertices = Vec3i::Zero();  // of the cover

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "common/base/axial.h"
 #include "common/base/check.h"
 #include "common/mesh/mesh_sdf.h"
 
@@ -99,6 +100,10 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
     }
     samples_.push_back(x);
   }
+  if (body.r > 0 && !cover) {
+    std::vector<double> areas;
+    vertex_normals_and_areas({points, shape.surface().triangles}, normals_, areas);
+  }
   low_ = high_ = samples_[0];
   for (const SampleCluster& c : shape.clusters) {
     Vec3 low = samples_[c.begin], high = low;
@@ -134,6 +139,18 @@ Mat3 DeformedBody::displacement_gradient(const Vec3& rest) const {
   Mat3 G = Mat3::Zero();
   for (int c = 0; c < 8; ++c) G += lattice_.segment<3>(3L * s.node[c]) * s.slope[c].transpose();
   return G;
+}
+
+Vec3 DeformedBody::normal(int sample) const {
+  const SurfaceSample& s = shape_->samples[sample];
+  if (lattice_.size() == 0) return R_ * s.normal;
+  if (!normals_.empty()) {
+    Vec3 n = Vec3::Zero();
+    for (int c = 0; c < 3; ++c) n += s.weights[c] * normals_[s.vertices[c]];
+    return n.normalized();
+  }
+  const Mat3 F = Mat3::Identity() + displacement_gradient(rest_place(shape_->surface(), s));
+  return R_ * (cofactor(F) * s.normal).normalized();
 }
 
 double DeformedBody::least_gap(const Vec3& x) const {

@@ -65,7 +65,7 @@ class DeformedBody : public TouchedSolid {
   const ContactShape& shape() const { return *shape_; }
   const Vec3& centre() const { return centre_; }
   const std::vector<Vec3>& samples() const { return samples_; }  // world, m
-  Vec3 normal(int sample) const { return R_ * shape_->samples[sample].normal; }
+  Vec3 normal(int sample) const;                                 // of the deformed surface, world
   struct Ball {
     Vec3 centre;
     double radius;
@@ -103,6 +103,7 @@ class DeformedBody : public TouchedSolid {
   double scale_;  // s
   Vec3 middle_;   // R d beside the centre, m
   std::vector<Vec3> samples_;
+  std::vector<Vec3> normals_;  // of the vertices, world; empty under a cover and of rigid bodies
   std::vector<Ball> balls_;
   Vec3 low_, high_;
   VecX lattice_;  // 3 x nodes, displacement in the body frame, m

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "common/base/axial.h"
 #include "common/mesh/tet_shape.h"
 
 namespace archetide {
@@ -64,13 +65,6 @@ void visit_gradients(const TetMesh& mesh, const VecX& u, const Visit& visit) {
 /// tr cof A, the second invariant.
 double second_invariant(const Mat3& A) {
   return 0.5 * (A.trace() * A.trace() - A.cwiseProduct(A.transpose()).sum());
-}
-
-/// cof F = det F F^-T, also where F is singular.
-Mat3 cofactor(const Mat3& F) {
-  Mat3 c;
-  for (int i = 0; i < 3; ++i) c.row(i) = F.row((i + 1) % 3).cross(F.row((i + 2) % 3));
-  return c;
 }
 
 /// What the motion of the nodes does to what is limited at one point: d/dt det F = cof F : grad u'

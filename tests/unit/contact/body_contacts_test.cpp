@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include <cmath>
 
 #include "runtime/contact/keep_apart.h"
@@ -222,6 +224,30 @@ double deepest_to_take_back(const Vec3& position, const Vec3& high, const Sides&
   return deepest;
 }
 
+// Of a bent body: those of the surface as it is, not as it was at rest. (By those at rest points of
+// rings that were bent by half their size faced the wrong way.)
+TEST(DeformedBody, NormalsTurnWithTheSurface) {
+  const std::shared_ptr<const FullBlob> blob = nonlinear_blob();
+  ReducedBody body = body_of_modes(*blob);
+  body.rotation = Quat(0.8, 0.3, -0.2, 0.4).normalized();
+  body.q.head<4>() << 0.7, -0.4, 0.3, 0.2;
+  const auto shape = contact_shape(blob->archetype);
+  const DeformedBody deformed(body, *shape);
+  TriMesh now = blob->archetype->surface;
+  surface_points(body, now.vertices);
+  std::vector<Vec3> normals;
+  std::vector<double> areas;
+  vertex_normals_and_areas(now, normals, areas);
+  double turned = 0.0;
+  for (std::size_t s = 0; s < shape->samples.size(); ++s) {
+    const SurfaceSample& sample = shape->samples[s];
+    const Vec3 n = deformed.normal(static_cast<int>(s));
+    turned = std::max(turned, (n - body.rotation * sample.normal).norm());
+    if (sample.weights == Vec3::UnitX()) EXPECT_LT((n - normals[sample.vertices[0]]).norm(), 1e-12);
+  }
+  EXPECT_GT(turned, 0.5);
+}
+
 // All of an overlap with the floor is taken back; of overlaps with two walls that face each other half
 // of their difference.
 TEST(Surroundings, OnlyWhatIsPinchedSharesItsOverlap) {
@@ -274,6 +300,18 @@ TEST(Merged, CoincidentBodiesAreTakenApartAlongDirectionsOfTheirIndices) {
     EXPECT_LT(c.gap, -0.05);
   }
   EXPECT_GT((contacts[0].normal - contacts[1].normal).norm(), 0.1);
+}
+
+// Links of a chain: each ring goes through the other's centre, and they do not touch. (Three soft rings
+// that were pressed together sank four cells into each other, met by their centres alone.)
+TEST(Merged, LinkedRingsAreNot) {
+  const auto ring = rigid_surface_archetype(torus_surface(0.2, 0.04, 48, 16), 1000.0);
+  std::vector<ReducedBody> bodies(2, make_body(ring, 0));
+  bodies[1].position[0] = 0.2;
+  bodies[1].rotation = Quat(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX()));
+  const auto shape = contact_shape(ring);
+  const std::vector<const ContactShape*> shapes(2, shape.get());
+  EXPECT_TRUE(find_contacts(bodies, shapes, Surroundings(), {1e-3, 1e-3}, {}).empty());
 }
 
 // Every sample of a plate is near the other one; it is on it all the same. (Strongly bent starfish that
