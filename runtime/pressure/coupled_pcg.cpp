@@ -123,11 +123,16 @@ double CoupledPcg::first_residual(const double* b, double* x, double norm_b) {
   return norm_b;
 }
 
-// H^-1 Fhat^T z of every body.
-void CoupledPcg::respond(const float* z) {
+// Fhat^T z of every body.
+void CoupledPcg::gather(const float* z) {
+  for_each_large(place_.size(),
+                 [&](std::size_t b) { momentum_[b] = op_->gather(b, place_[b], z); });
+}
+
+// H^-1 of what was gathered.
+void CoupledPcg::respond() {
   for_each_large(place_.size(), [&](std::size_t b) {
     const CoupledOperator::Body& body = op_->bodies()[b];
-    momentum_[b] = op_->gather(b, place_[b], z);
     if (!body.nodes) response_[b].noalias() = body.inverse_mass * momentum_[b];
   });
   op_->respond_nodes(momentum_, response_);
@@ -136,7 +141,8 @@ void CoupledPcg::respond(const float* z) {
 
 // q += sum F H^-1 F^T p, returns what it adds to p . q
 double CoupledPcg::apply_bodies(const float* p, double* q) {
-  respond(p);
+  gather(p);
+  respond();
   op_->scatter(response_, 1.0, q);
   double work = 0.0;
   for (std::size_t b = 0; b < place_.size(); ++b) work += momentum_[b].dot(response_[b]);
@@ -147,7 +153,8 @@ double CoupledPcg::apply_bodies(const float* p, double* q) {
 void CoupledPcg::start_deflated(double residual, double* x) {
   const double scale = std::ldexp(1.0, -std::ilogb(residual));
   std::fill(p_.begin(), p_.end(), 0.0f);
-  respond(p_.data());
+  gather(p_.data());
+  respond();
   deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_, p_.data());
   steps_.advance(1.0 / scale, p_.data(), x);
 }
@@ -156,9 +163,10 @@ void CoupledPcg::start_deflated(double residual, double* x) {
 double CoupledPcg::precondition(double scale) {
   const double work = op_->closed().empty() ? cycle_->cycle() : cycle_with_closed(scale);
   if (!op_->touches_bodies()) return work;
-  respond(cycle_->iterate());
+  gather(cycle_->iterate());
   energy_ = body_error(scale) + kUnseen * work / (scale * scale);
   if (deflation_->empty()) return work;
+  respond();
   deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_,
                       cycle_->iterate());
   return work;

@@ -49,7 +49,8 @@ class CoupledPcg {
   double body_error(double scale) const;
   double apply_bodies(const float* p, double* q);
   void start_deflated(double residual, double* x);
-  void respond(const float* z);
+  void gather(const float* z);
+  void respond();
   double cycle_with_closed(double scale);
 
   const CoupledOperator* op_ = nullptr;
