@@ -52,7 +52,7 @@ RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<Fr
         nodes[b] = std::make_unique<NodalRows>(*bodies[b], motions[b].terms);
   for (std::size_t j = 0; j < joints.size(); ++j)
     add_joint(joints[j], static_cast<int>(j), bodies, nodes);
-  set_answers(H, nodes);
+  set_inverses(H, nodes);
   return nodes;
 }
 
@@ -121,7 +121,7 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     for (const int b : held.bodies()) {
       if (nodes[b]) {
         out.impulse[b] += nodes[b]->force(f[b]);
-        y[b] += *nodes[b]->answers() * f[b];
+        y[b] += nodes[b]->answer(f[b]);
         continue;
       }
       if (stiff[b]) f[b].tail(f[b].size() - 6).setZero();  // what holds the modes takes it

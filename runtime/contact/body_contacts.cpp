@@ -35,7 +35,7 @@ void take_rows(const std::vector<BodyContact>& contacts, Masses& m) {
   add_rows(contacts, m.bodies);
   std::vector<const GeneralisedMass*> H;
   for (const GeneralisedMass& mass : m.H) H.push_back(&mass);
-  set_answers(H, m.nodes);
+  set_inverses(H, m.nodes);
   for (std::size_t b = 0; b < m.nodes.size(); ++b)
     if (m.nodes[b]) m.y[b] = m.nodes[b]->velocity(m.y[b]);
 }
@@ -51,7 +51,7 @@ std::vector<VecX> answers_of_nodes(const Masses& m, const ContactSystem& system,
     if (m.bodies[b].body) given[b] = VecX::Zero(m.y[b].size());
   for (std::size_t k = 0; k < impulses.size(); ++k) system.add_impulse(k, impulses[k], given);
   for (std::size_t b = 0; b < given.size(); ++b)
-    if (m.nodes[b]) changes[b] = *m.nodes[b]->answers() * given[b];
+    if (m.nodes[b]) changes[b] = m.nodes[b]->answer(given[b]);
   return changes;
 }
 

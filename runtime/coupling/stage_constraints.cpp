@@ -42,12 +42,8 @@ RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<St
                           const GroupContacts& contacts, const std::vector<CoupledBody>& coupled,
                           const std::vector<StageResult>& results) {
   RowsOfNodes nodes(bodies.size());
-  std::vector<const NodalInverse*> inverses(bodies.size(), nullptr);
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (!coupled[b].nodes) continue;
-    nodes[b] = std::make_unique<NodalRows>(*bodies[b].body, terms[b]);
-    inverses[b] = &coupled[b].nodes->inverse();
-  }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (coupled[b].nodes) nodes[b] = std::make_unique<NodalRows>(*bodies[b].body, terms[b]);
   const std::vector<ContactBody> masses =
       contact_bodies(bodies, terms, nodes, contacts, results, {});
   add_rows(contacts.contacts, masses);
@@ -55,16 +51,16 @@ RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<St
   for_wall_points(contacts, results,
                   [&](int b, const ContactPoint& point) { add_rows(item++, b, point, masses); });
   for (const Joint& joint : joints) add_joint(joint, item++, reduced(bodies), nodes);
-  set_answers(inverses, nodes);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (nodes[b]) nodes[b]->set_inverse(coupled[b].nodes->inverse());
   return nodes;
 }
 
 // (H + added mass)^-1 at rows: of a body of nodes A - S^T N S, with S what is seen of its answers.
-std::vector<MatX> wet_at_rows(std::vector<MatX> wet, const std::vector<StageBody>& bodies,
-                              const RowsOfNodes& nodes) {
+std::vector<MatX> wet_at_rows(std::vector<MatX> wet, const RowsOfNodes& nodes) {
   for (std::size_t b = 0; b < wet.size(); ++b) {
     if (!nodes[b]) continue;
-    const MatX S = bodies[b].body->nodes->seen_velocity(*nodes[b]->answers());
+    const MatX S = nodes[b]->seen();
     wet[b] = (nodes[b]->inverse_mass() - S.transpose() * wet[b] * S).eval();
   }
   return wet;
@@ -97,14 +93,17 @@ StageConstraints::StageConstraints(const CouplingOptions& options, double dt,
                                    std::vector<MatX> wet_inverse)
     : terms_(present_terms(bodies, options.modal.mass)),
       nodes_(rows_of_nodes(joints, bodies, terms_, contacts, coupled, results)),
-      wet_inverse_(wet_at_rows(std::move(wet_inverse), bodies, nodes_)),
+      wet_inverse_(wet_at_rows(std::move(wet_inverse), nodes_)),
       system_(contacts.contacts,
               contact_bodies(bodies, terms_, nodes_, contacts, results, wet_inverse_)),
       target_(contacts.target),
       solve_(contacts.solve),
+      held_answers_(bodies.size()),
+      given_answers_(bodies.size()),
       given_(bodies.size()),
       reaction_(bodies.size()) {
   const std::vector<const ReducedBody*> at = reduced(bodies);
+  for (const CoupledBody& body : coupled) bodies_of_nodes_.push_back(body.nodes);
   std::vector<const ConfigurationTerms*> terms;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     terms.push_back(&terms_[b]);
@@ -147,9 +146,28 @@ std::vector<VecX> StageConstraints::at_rows(const std::vector<VecX>& y) const {
   return z;
 }
 
-// y + H^-1 f, f at rows.
+// y of a body of nodes with what it is given, and with impulses f on the rows that are held.
 VecX StageConstraints::moved(std::size_t b, const VecX& y, const VecX& f) const {
-  return y + (nodes_[b] ? *nodes_[b]->answers() : *inverse_mass_[b]) * f;
+  VecX out = y;
+  if (given_answers_[b].size() > 0) out += given_answers_[b];
+  if (f.size() > 0) out += held_answers_[b]->whole * f;
+  return out;
+}
+
+// Of y at rows, what the rows that are held see of it; and the transpose.
+std::vector<VecX> StageConstraints::at_held(std::vector<VecX> y) const {
+  for (std::size_t b = 0; b < y.size(); ++b)
+    if (nodes_[b]) y[b] = y[b](held_answers_[b]->which).eval();
+  return y;
+}
+std::vector<VecX> StageConstraints::from_held(const std::vector<VecX>& f) const {
+  std::vector<VecX> out = f;
+  for (std::size_t b = 0; b < f.size(); ++b)
+    if (nodes_[b] && f[b].size() > 0) {
+      out[b] = VecX::Zero(nodes_[b]->size());
+      out[b](held_answers_[b]->which) = f[b];
+    }
+  return out;
 }
 
 // The generalised force that f at rows is.
@@ -219,7 +237,21 @@ void StageConstraints::hold() {
       if (b >= 0 && given_[b].size() == 0) given_[b] = VecX::Zero(inverse_mass_[b]->rows());
     system_.add_impulse(k, left, given_);
   }
-  held_.setup(inverse_mass_, std::move(rows));
+  held_mass_.resize(nodes_.size());
+  std::vector<const MatX*> mass = inverse_mass_;
+  for (std::size_t b = 0; b < nodes_.size(); ++b) {
+    if (!nodes_[b]) continue;
+    find_held_answers(b, rows);
+    const std::vector<int>& which = held_answers_[b]->which;
+    held_mass_[b] = nodes_[b]->inverse_mass()(which, which);
+    mass[b] = &held_mass_[b];
+    for (RowBlock& block : rows)
+      for (const auto& [owner, of_body] :
+           {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
+        if (owner == static_cast<int>(b)) *of_body = (*of_body)(Eigen::all, which).eval();
+    given_answers_[b] = given_[b].size() > 0 ? VecX(nodes_[b]->answer(given_[b])) : VecX();
+  }
+  held_.setup(mass, std::move(rows));
 }
 
 std::vector<VecX> StageConstraints::with_given(std::vector<VecX> out) const {
@@ -228,32 +260,40 @@ std::vector<VecX> StageConstraints::with_given(std::vector<VecX> out) const {
   return out;
 }
 
-// What a body of nodes answers to the rows that are held.
-std::shared_ptr<const RowAnswers> StageConstraints::held_answers(std::size_t b,
-                                                                 const NodalBody& body) const {
+// What a body of nodes answers to the rows that are held; those that were held before are known.
+void StageConstraints::find_held_answers(std::size_t b, const std::vector<RowBlock>& rows) {
   VecX used = VecX::Zero(nodes_[b]->size());
-  for (const RowBlock& block : held_.blocks())
-    for (const auto& [owner, rows] : {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
-      if (owner == static_cast<int>(b)) used += rows->cwiseAbs().colwise().sum().transpose();
+  for (const RowBlock& block : rows)
+    for (const auto& [owner, of_body] :
+         {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
+      if (owner == static_cast<int>(b)) used += of_body->cwiseAbs().colwise().sum().transpose();
   auto out = std::make_shared<RowAnswers>();
-  out->count = nodes_[b]->size();
-  for (int k = 0; k < out->count; ++k)
+  for (int k = 0; k < nodes_[b]->size(); ++k)
     if (used[k] > 0.0) out->which.push_back(k);
-  out->whole = (*nodes_[b]->answers())(Eigen::all, out->which);
+  out->whole.resize(bodies_of_nodes_[b]->inverse().size(), static_cast<long>(out->which.size()));
+  std::vector<int> others, places;
+  for (std::size_t k = 0; k < out->which.size(); ++k) {
+    const std::vector<int> none, &known = held_answers_[b] ? held_answers_[b]->which : none;
+    const auto at = std::lower_bound(known.begin(), known.end(), out->which[k]);
+    if (at != known.end() && *at == out->which[k])
+      out->whole.col(static_cast<long>(k)) = held_answers_[b]->whole.col(at - known.begin());
+    else
+      others.push_back(out->which[k]), places.push_back(static_cast<int>(k));
+  }
+  out->whole(Eigen::all, places) = nodes_[b]->answers(others);
+  const NodalBody& body = *bodies_of_nodes_[b];
   if (body.meets_water()) out->in_solve = body.surface().to_solve(out->whole);
-  return out;
+  held_answers_[b] = std::move(out);
 }
 
 void StageConstraints::start(const std::vector<VecX>& y_star,
                              std::vector<CoupledBody>& coupled) const {
   const std::vector<VecX> y = with_given(at_rows(y_star));
-  const std::vector<VecX> f = held_.impulses(held_.multipliers(y));
+  const std::vector<VecX> f = held_.impulses(held_.multipliers(at_held(y)));
   for (std::size_t b = 0; b < y.size(); ++b) {
     if (nodes_[b]) {
-      coupled[b].y_star = y_star[b];
-      for (const VecX* given : {&given_[b], &f[b]})
-        if (given->size() > 0) coupled[b].y_star = moved(b, coupled[b].y_star, *given);
-      coupled[b].nodes = coupled[b].nodes->with_rows(held_answers(b, *coupled[b].nodes));
+      coupled[b].y_star = moved(b, y_star[b], f[b]);
+      coupled[b].nodes = coupled[b].nodes->with_rows(held_answers_[b]);
       continue;
     }
     coupled[b].y_star = y[b];
@@ -264,18 +304,18 @@ void StageConstraints::start(const std::vector<VecX>& y_star,
 void StageConstraints::settle(const std::vector<VecX>& y_free, std::vector<CoupledBody>& coupled,
                               std::vector<StageResult>& results) {
   const std::vector<VecX> y = with_given(at_rows(y_free));
-  std::vector<VecX> lambda = held_.multipliers(y);
-  reaction_ = held_.impulses(lambda);
+  std::vector<VecX> lambda = held_.multipliers(at_held(y));
+  const std::vector<VecX> f = held_.impulses(lambda);
+  reaction_ = from_held(f);
   for (std::size_t b = 0; b < y.size(); ++b) {
-    const bool rows = reaction_[b].size() > 0;
-    if (rows && !nodes_[b]) coupled[b].y = y[b] + *inverse_mass_[b] * reaction_[b];
+    if (f[b].size() > 0)
+      coupled[b].y = nodes_[b] ? moved(b, y_free[b], f[b]) : VecX(y[b] + *inverse_mass_[b] * f[b]);
     add(reaction_, b, given_[b]);
-    if (rows && nodes_[b]) coupled[b].y = moved(b, y_free[b], reaction_[b]);
     results[b].reaction = on_body(b, reaction_[b]);
   }
   if (joint_rows_.empty()) return;
   for (std::size_t k = joint_rows_.size(); k < lambda.size(); ++k) lambda[k].setZero();
-  std::vector<VecX> of_joints = held_.impulses(lambda);
+  const std::vector<VecX> of_joints = from_held(held_.impulses(lambda));
   for (std::size_t b = 0; b < y.size(); ++b) results[b].joint_reaction = on_body(b, of_joints[b]);
 }
 

@@ -60,7 +60,9 @@ class StageConstraints {
   Vec3 held_speed(std::size_t k) const;
   std::vector<VecX> with_given(std::vector<VecX> at_rows) const;
   VecX moved(std::size_t b, const VecX& y, const VecX& f) const;
-  std::shared_ptr<const RowAnswers> held_answers(std::size_t b, const NodalBody& body) const;
+  std::vector<VecX> at_held(std::vector<VecX> y) const;
+  std::vector<VecX> from_held(const std::vector<VecX>& f) const;
+  void find_held_answers(std::size_t b, const std::vector<RowBlock>& rows);
   VecX on_body(std::size_t b, const VecX& f) const;
   bool wet() const { return !wet_inverse_.empty(); }
 
@@ -73,6 +75,12 @@ class StageConstraints {
   ContactSolveOptions solve_;
   std::vector<RowBlock> joint_rows_;
   ConstrainedInverse joints_, held_;
+  // Of bodies of nodes: as they are without rows, what they answer to the rows that are held (in
+  // held_ they have these alone) and to what they are given, or empty.
+  std::vector<std::shared_ptr<const NodalBody>> bodies_of_nodes_;
+  std::vector<std::shared_ptr<const RowAnswers>> held_answers_;
+  std::vector<VecX> given_answers_;
+  std::vector<MatX> held_mass_;
   std::vector<Vec3> lambda_;
   std::vector<bool> pressed_;   // contacts that the coupled solve knows to push
   std::vector<VecX> resolved_;  // y at rows that the contact solver has found

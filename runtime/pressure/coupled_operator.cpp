@@ -286,9 +286,8 @@ MatX CoupledOperator::own_inverse(std::size_t b) const {
   if (!rows_ || !rows_->touches(body)) return bodies_[b].inverse_mass;
   if (bodies_[b].nodes) {
     const RowAnswers& rows = *bodies_[b].nodes->rows();
-    const MatX seen = rows.in_solve.topRows(bodies_[b].flux.rows()),
-               loss = rows_->own_loss(body)(rows.which, rows.which);
-    return bodies_[b].inverse_mass - to_scaled_mass_ * (seen * loss * seen.transpose());
+    const MatX seen = rows.in_solve.topRows(bodies_[b].flux.rows()).transpose();
+    return bodies_[b].inverse_mass - to_scaled_mass_ * rows_->own_loss(body, seen);
   }
   return to_scaled_mass_ * rows_->own_block(body);
 }

@@ -8,11 +8,10 @@
 
 namespace archetide {
 
-/// What a body of nodes answers to rows on it (NodalRows): columns H^-1 J^T, k of the K. Transposed
-/// they take forces to the velocities z of these rows.
+/// What a body of nodes answers to the k rows that are held of those on it (NodalRows): columns H^-1
+/// J^T. Transposed they take forces to the velocities z of these rows.
 struct RowAnswers {
-  std::vector<int> which;  // of the K rows
-  int count = 0;           // K
+  std::vector<int> which;  // of the K of NodalRows, ascending
   MatX whole;              // (6 + 3 n) x k
   MatX in_solve;           // NodalSurface::to_solve of it; empty without water
 };
@@ -63,14 +62,12 @@ void constrain_responses(const ConstrainedInverse& rows, const Nodal& nodal, con
       z[b].swap(response[b]);
       continue;
     }
-    const RowAnswers& at = *nodal(b);
-    z[b] = Matrix::Zero(at.count, f[b].cols());
-    z[b](at.which, Eigen::all) = scale * (columns(at).transpose() * f[b]);
+    z[b] = scale * (columns(*nodal(b)).transpose() * f[b]);
   }
   rows.constrain(z, as_forces);
   for (const int b : rows.bodies())
     if (as_forces[b])
-      response[b].noalias() -= columns(*nodal(b)) * Matrix(z[b](nodal(b)->which, Eigen::all));
+      response[b].noalias() -= columns(*nodal(b)) * z[b];
     else
       response[b].swap(z[b]);
 }

@@ -142,11 +142,19 @@ void FactorPattern::merge_supernodes() {
       own.back() = blocks;
     }
   }
-  std::vector<int> of_column(size());
+  supernode_.resize(column_.size());
   for (std::size_t s = 0; s < merged.size(); ++s)
-    for (int c = 0; c < merged[s].width; ++c) of_column[merged[s].first + c] = static_cast<int>(s);
-  for (Supernode& s : merged) s.parent = s.below.empty() ? -1 : of_column[s.below.front()];
+    for (int c = 0; c < merged[s].width; ++c) supernode_[merged[s].first + c] = static_cast<int>(s);
+  for (Supernode& s : merged) s.parent = s.below.empty() ? -1 : supernode_[s.below.front()];
   supernodes_ = std::move(merged);
+}
+
+std::size_t FactorPattern::factor_bytes() const {
+  std::size_t sum = 0;
+  for (const Supernode& s : supernodes_)
+    sum += 9 * sizeof(double) * static_cast<std::size_t>(s.width) *
+           static_cast<std::size_t>(s.rows());
+  return sum;
 }
 
 namespace {
@@ -390,12 +398,6 @@ void BlockCholesky::solve(MatX& b) const {
       solve_some(b.middleCols(first, std::min(kAtOnce, b.cols() - first)));
     });
   carrier.rethrow();
-}
-
-std::size_t BlockCholesky::bytes() const {
-  std::size_t sum = 0;
-  for (const MatX& panel : panels_) sum += sizeof(double) * static_cast<std::size_t>(panel.size());
-  return sum;
 }
 
 }  // namespace archetide

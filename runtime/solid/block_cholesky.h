@@ -3,6 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/SparseCore>
+
 #include "common/archetype/tet_matrices.h"
 
 namespace archetide {
@@ -22,8 +24,10 @@ class FactorPattern {
   };
   const std::vector<Supernode>& supernodes() const { return supernodes_; }  // children first
   int size() const { return static_cast<int>(node_.size()); }               // nodes
+  std::size_t factor_bytes() const;
   int node(int column) const { return node_[static_cast<std::size_t>(column)]; }
   int column(int node) const { return column_[static_cast<std::size_t>(node)]; }
+  int supernode(int column) const { return supernode_[static_cast<std::size_t>(column)]; }
 
   /// Blocks of the matrix in the rows below a column, the diagonal first.
   struct Entry {
@@ -41,7 +45,7 @@ class FactorPattern {
   void find_supernodes();
   void merge_supernodes();
 
-  std::vector<int> node_, column_;
+  std::vector<int> node_, column_, supernode_;
   std::vector<std::vector<Entry>> entries_;  // per column
   std::vector<Supernode> supernodes_;
 };
@@ -61,7 +65,9 @@ class BlockCholesky {
   /// Columns of b (3 n, dof 3 node + axis) become those of the solution. A column's answer does not
   /// depend on the number of threads.
   void solve(MatX& b) const;
-  std::size_t bytes() const;
+  /// E^T A^-1 E, k x k, of forces E (3 n x k) on a few nodes each: the first half of the solution
+  /// alone, and of the factor what these nodes lead to.
+  MatX compliance(const Eigen::SparseMatrix<double>& E) const;
 
  private:
   explicit BlockCholesky(std::shared_ptr<const FactorPattern> pattern)

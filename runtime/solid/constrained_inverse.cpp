@@ -1,5 +1,6 @@
 #include "runtime/solid/constrained_inverse.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <utility>
 
@@ -69,17 +70,30 @@ void ConstrainedInverse::reduce(Pair& pair) const {
   for (Eigen::Index k = 0; k < m; ++k)
     scale[k] = scale[k] > kNothing * size[k] ? 1.0 / std::sqrt(scale[k]) : 0.0;
   gram = scale.asDiagonal() * gram * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (gram + gram.transpose()));
-  const VecX& values = eigen.eigenvalues();
-  const double cut = kRankCut * values.maxCoeff();
-  const Eigen::Index kept = (values.array() > cut).count();
-  pair.T = scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
-           values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  pair.T = scale.asDiagonal() * independent(0.5 * (gram + gram.transpose()));
   pair.C_a = pair.T.transpose() * A;
   pair.W_a = inverse_a * pair.C_a.transpose();
   if (pair.b < 0) return;
   pair.C_b = pair.T.transpose() * B;
   pair.W_b = *inverse_mass_[pair.b] * pair.C_b.transpose();
+}
+
+// T with T^T gram T = 1, gram with unit diagonal (or zero). A Cholesky factor where it shows that all
+// rows are independent, as those of bodies that give way at each point are.
+MatX ConstrainedInverse::independent(const MatX& gram) {
+  constexpr double kClearly = 1e-6;  // of what a row does that the rows before it do not
+  const Eigen::LLT<MatX> cholesky(gram);
+  const auto L = cholesky.matrixL();
+  if (cholesky.info() == Eigen::Success && MatX(L).diagonal().cwiseAbs2().minCoeff() > kClearly) {
+    MatX T = MatX::Identity(gram.rows(), gram.cols());
+    L.transpose().solveInPlace(T);
+    return T;
+  }
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(gram);
+  const VecX& values = eigen.eigenvalues();
+  const Eigen::Index kept = (values.array() > kRankCut * values.maxCoeff()).count();
+  return eigen.eigenvectors().rightCols(kept) *
+         values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 // The block of C' H^-1 C'^T of two pairs: what they share.
@@ -203,9 +217,9 @@ std::vector<VecX> ConstrainedInverse::impulses(const std::vector<VecX>& lambda) 
   return f;
 }
 
-// B (C′ H⁻¹ C′ᵀ)⁻¹ B^T with B of the pairs of one body: what `of_pair` gives of each, as columns.
+// B (C′ H⁻¹ C′ᵀ)⁻¹ Bᵀ with B of the pairs of one body: what `of_pair` gives of each, as n columns.
 template <class OfPair>
-MatX ConstrainedInverse::of_own_pairs(int body, const OfPair& of_pair) const {
+MatX ConstrainedInverse::of_own_pairs(int body, Eigen::Index n, const OfPair& of_pair) const {
   std::vector<MatX> x(pairs_.size());
   const auto for_own = [&](const auto& f) {
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
@@ -215,7 +229,6 @@ MatX ConstrainedInverse::of_own_pairs(int body, const OfPair& of_pair) const {
   };
   for_own([&](std::size_t p, const auto& columns) { x[p] = columns.transpose(); });
   factor_.solve_given(x);
-  const Eigen::Index n = inverse_mass_[body]->rows();
   MatX sum = MatX::Zero(n, n);
   for_own([&](std::size_t p, const auto& columns) { sum.noalias() += columns * x[p]; });
   return 0.5 * (sum + sum.transpose());
@@ -225,12 +238,14 @@ MatX ConstrainedInverse::own_block(int body) const {
   const MatX& H_inverse = *inverse_mass_[body];
   if (!touches(body)) return H_inverse;
   return 0.5 * (H_inverse + H_inverse.transpose()) -
-         of_own_pairs(body, [](const MatX&, const MatX& W) -> const MatX& { return W; });
+         of_own_pairs(body, H_inverse.rows(),
+                      [](const MatX&, const MatX& W) -> const MatX& { return W; });
 }
 
-MatX ConstrainedInverse::own_loss(int body) const {
+MatX ConstrainedInverse::own_loss(int body, const MatX& V) const {
   ARCHETIDE_CHECK(touches(body));
-  return of_own_pairs(body, [](const MatX& C, const MatX&) { return C.transpose(); });
+  return of_own_pairs(body, V.cols(),
+                      [&](const MatX& C, const MatX&) { return MatX((C * V).transpose()); });
 }
 
 }  // namespace archetide

@@ -23,9 +23,9 @@ struct RowBlock {
 /// the (1,1) block of the inverse of [[H, C^T], [C, 0]]; C H^-1 C^T is a_33 of Eq. 49. Never
 /// formed: it is H^-1 body by body and then `constrain`, O(rows) for trees of bodies.
 ///
-/// Redundant rows are ordinary. Rows of a pair of bodies are scaled to unit diagonal of a_33 and
-/// reduced to the eigenvectors whose eigenvalues exceed kRankCut of the largest; dependence that
-/// closes in loops shows as pivots below RowFactor::kPivotCut.
+/// Redundant rows are ordinary. Rows of a pair of bodies are scaled to unit diagonal of a_33; where
+/// they depend on each other they are reduced to the eigenvectors whose eigenvalues exceed kRankCut
+/// of the largest. Dependence that closes in loops shows as pivots below RowFactor::kPivotCut.
 class ConstrainedInverse {
  public:
   static constexpr double kRankCut = 1e-10;
@@ -61,9 +61,9 @@ class ConstrainedInverse {
 
   /// The block of one body, (6 + r)^2: what it answers to impulses on itself.
   MatX own_block(int body) const;
-  /// C^T (C H^-1 C^T)^+ C of one body that rows touch: H^-1 times this times H^-1 is what its block
-  /// loses.
-  MatX own_loss(int body) const;
+  /// V^T C^T (C H^-1 C^T)^+ C V of one body that rows touch, V (6 + r) x k: with V = H^-1 what its
+  /// block loses.
+  MatX own_loss(int body, const MatX& V) const;
 
  private:
   /// All rows of a pair of bodies, reduced to independent ones: C' = T^T C.
@@ -75,10 +75,11 @@ class ConstrainedInverse {
     MatX W_a, W_b;  // (6 + r) x k, H^-1 C'^T
   };
   void reduce(Pair& pair) const;
+  static MatX independent(const MatX& gram);
   template <class Matrix>
   std::vector<Matrix> held_back(const std::vector<Matrix>& y) const;
   template <class OfPair>
-  MatX of_own_pairs(int body, const OfPair& of_pair) const;
+  MatX of_own_pairs(int body, Eigen::Index n, const OfPair& of_pair) const;
   MatX coupling(const Pair& p, const Pair& q) const;
   std::vector<VecX> to_pairs(const std::vector<VecX>& blocks) const;
   std::vector<VecX> to_blocks(const std::vector<VecX>& pairs) const;

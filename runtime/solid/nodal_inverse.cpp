@@ -15,27 +15,44 @@ MatX loss_of(const MatX& B, const MatX& C) {
   return 0.5 * (G + G.transpose());
 }
 
-}  // namespace
-
-NodalInverse::NodalInverse(GeneralisedMass H) : H_(std::move(H)) {
-  ARCHETIDE_CHECK(H_.nodal);
-  block_ = space().seen_velocity(seen_answers());
-  block_ = 0.5 * (block_ + block_.transpose()).eval();
-}
-
 // H^-1 of unit seen forces, (6 + 3 n) x (6 + r).
-MatX NodalInverse::seen_answers() const {
-  const MatX of_modes = H_.nodal->answers_of_modes();
-  MatX X = MatX::Zero(size(), 6 + of_modes.cols());
-  X.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / H_.mass);
-  X.block<3, 3>(3, 3) = H_.inertia_inverse;
+MatX seen_answers(const GeneralisedMass& H) {
+  const MatX of_modes = H.nodal->answers_of_modes();
+  MatX X = MatX::Zero(6 + of_modes.rows(), 6 + of_modes.cols());
+  X.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / H.mass);
+  X.block<3, 3>(3, 3) = H.inertia_inverse;
   X.bottomRightCorner(of_modes.rows(), of_modes.cols()) = of_modes;
   return X;
 }
 
+}  // namespace
+
+MatX RowForces::forces(const MatX& g) const {
+  MatX f(6 + few.rows(), g.cols());
+  f.topRows<6>() = whole * g;
+  f.bottomRows(few.rows()) = few * g;
+  f.bottomRows(few.rows()).noalias() += spread * (share * g).eval();
+  return f;
+}
+
+MatX RowForces::velocities(const MatX& y) const {
+  const auto u_dot = y.bottomRows(few.rows());
+  MatX z = few.transpose() * u_dot;
+  z.noalias() += whole.transpose() * y.topRows<6>();
+  z.noalias() += share.transpose() * (spread.transpose() * u_dot).eval();
+  return z;
+}
+
+NodalInverse::NodalInverse(GeneralisedMass H) : H_(std::move(H)) {
+  ARCHETIDE_CHECK(H_.nodal);
+  seen_ = std::make_shared<const MatX>(seen_answers(H_));
+  block_ = space().seen_velocity(*seen_);
+  block_ = 0.5 * (block_ + block_.transpose()).eval();
+}
+
 void NodalInverse::add_seen(const MatX& C) {
   ARCHETIDE_CHECK(losses_.empty());
-  take(seen_answers(), loss_of(block_, C));
+  take(*seen_, loss_of(block_, C));
 }
 
 void NodalInverse::add(const MatX& U, const MatX& C) {
@@ -51,13 +68,26 @@ void NodalInverse::take(MatX X, const MatX& G) {
   losses_.push_back(std::make_shared<const Loss>(Loss{std::move(X), G, std::move(seen)}));
 }
 
-// The first loss is that of add_seen: its X are the answers to unit seen forces.
 MatX NodalInverse::solve_seen(const MatX& f) const {
-  ARCHETIDE_CHECK(!losses_.empty() && losses_[0]->X.cols() == f.rows());
-  MatX y = losses_[0]->X * f;
+  MatX y = *seen_ * f;
   for (const auto& loss : losses_)
     y.noalias() -= loss->X * (loss->G * (loss->seen.transpose() * f)).eval();
   return y;
+}
+
+MatX NodalInverse::compliance(const RowForces& J) const {
+  const NodalMass& mass = *H_.nodal;
+  const MatX of_spread = mass.solve(J.spread);
+  const MatX few = J.few.transpose() * of_spread, all = J.spread.transpose() * of_spread,
+             both = (few + 0.5 * J.share.transpose() * all.transpose()) * J.share;
+  MatX A = mass.compliance(J.few) + both + both.transpose();
+  const auto v = J.whole.topRows<3>(), w = J.whole.bottomRows<3>();
+  A += v.transpose() * v / H_.mass + w.transpose() * H_.inertia_inverse * w;
+  for (const auto& loss : losses_) {
+    const MatX lost = J.velocities(loss->X);
+    A -= lost * loss->G * lost.transpose();
+  }
+  return 0.5 * (A + A.transpose());
 }
 
 MatX NodalInverse::solve(const MatX& f) const {

@@ -8,6 +8,17 @@
 
 namespace archetide {
 
+/// Forces J^T on a body of nodes, K columns: `whole` on (P, L), `few` on a few nodes each, and
+/// `spread` times `share` on all of them.
+struct RowForces {
+  MatX whole;                       // 6 x K
+  Eigen::SparseMatrix<double> few;  // 3 n x K
+  MatX spread, share;               // 3 n x s, s x K
+
+  MatX forces(const MatX& g) const;      // J^T g, (6 + 3 n) rows
+  MatX velocities(const MatX& y) const;  // J y, columns side by side
+};
+
 /// H^-1 of a body of nodes as a coupled solve sees it: with the water that the body carries, and
 /// with the points of walls that hold it. 6 + 3 n rows, never formed: H^-1 - sum X G X^T with few
 /// columns X.
@@ -28,8 +39,10 @@ class NodalInverse {
   void take(MatX X, const MatX& G);
 
   MatX solve(const MatX& f) const;
-  /// The same of seen forces, once the mass has gained what is seen; no pass over the factor.
+  /// The same of seen forces; no pass over the factor.
   MatX solve_seen(const MatX& f) const;
+  /// J H^-1 J^T, K x K; half a pass over a part of the factor.
+  MatX compliance(const RowForces& J) const;
   /// The same of many bodies at once, f[b] through inverses[b], in place.
   static void solve(const std::vector<const NodalInverse*>& inverses, std::vector<MatX>& f);
 
@@ -38,9 +51,8 @@ class NodalInverse {
     MatX X, G;
     MatX seen;  // NodalSpace::seen_velocity of X
   };
-  MatX seen_answers() const;
-
   GeneralisedMass H_;
+  std::shared_ptr<const MatX> seen_;  // H^-1 of unit seen forces, losses apart, (6 + 3 n) x (6 + r)
   MatX block_;
   std::vector<std::shared_ptr<const Loss>> losses_;
 };

@@ -23,7 +23,7 @@ Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares&
 }
 
 NodalRows::NodalRows(const ReducedBody& body, const ConfigurationTerms& terms)
-    : body_(&body), terms_(&terms), R_(body.rotation.toRotationMatrix()) {
+    : body_(&body), terms_(&terms) {
   ARCHETIDE_CHECK(body.nodes != nullptr);
 }
 
@@ -45,88 +45,56 @@ MatX NodalRows::rows_of(int item) const {
   return rows;
 }
 
-// Eq. S3: v + ω × a + B u̇, B u̇ = R (s u̇ + d_rate u̇) + (d ln s · u̇) a − (I⁻¹ D u̇) × a.
-MatX NodalRows::velocity(const MatX& y) const {
+// Eq. S3: v + ω × a + B u̇, B u̇ = R (s u̇ + d_rate u̇) + (d ln s · u̇) a − (I⁻¹ D u̇) × a; the sums over all
+// nodes are seven: R d_rate, d ln s, I⁻¹ D.
+RowForces NodalRows::forces_of_points() const {
   const NodalSpace& space = *body_->nodes;
   const ShapeCorrection& shape = terms_->shape;
-  const auto u_dot = y.bottomRows(space.size());
-  const MatX v = y.topRows<3>() + R_ * (shape.shift_rate * u_dot),
-             w = y.middleRows<3>(3) - terms_->spin_of_modes * u_dot,
-             swell = shape.slope.transpose() * u_dot;
-  MatX z(size(), y.cols());
-  for (Eigen::Index k = 0; k < y.cols(); ++k) {
-    const Vec3 v_k = v.col(k), w_k = w.col(k);
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      const Point& at = points_[p];
-      Vec3 own = Vec3::Zero();
+  const Mat3 R = body_->rotation.toRotationMatrix();
+  RowForces f{MatX(6, size()), Eigen::SparseMatrix<double>(space.size(), size()),
+              MatX(space.size(), 7), MatX(7, size())};
+  f.spread.leftCols<3>() = shape.shift_rate.transpose();
+  f.spread.col(3) = shape.slope;
+  f.spread.rightCols<3>() = terms_->spin_of_modes.transpose();
+  std::vector<Eigen::Triplet<double>> few;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const Point& at = points_[p];
+    for (int axis = 0; axis < 3; ++axis) {
+      const int row = 3 * static_cast<int>(p) + axis;
+      const Vec3 push = at.frame.row(axis), torque = at.arm.cross(push),
+                 own = shape.s * (R.transpose() * push);
+      f.whole.col(row) << push, torque;
+      f.share.col(row) << R.transpose() * push, at.arm.dot(push), -torque;
       for (const VertexShare& m : at.moved)
-        own += m.weight * u_dot.block<3, 1>(space.first_dof(m.vertex), k);
-      z.block<3, 1>(3 * static_cast<Eigen::Index>(p), k) =
-          at.frame * (v_k + w_k.cross(at.arm) + swell(0, k) * at.arm + shape.s * (R_ * own));
+        for (int k = 0; k < 3; ++k)
+          few.emplace_back(space.first_dof(m.vertex) + k, row, m.weight * own[k]);
     }
   }
-  return z;
-}
-
-MatX NodalRows::force(const MatX& g) const {
-  const NodalSpace& space = *body_->nodes;
-  const ShapeCorrection& shape = terms_->shape;
-  MatX f = MatX::Zero(6 + space.size(), g.cols());
-  MatX spread(1, g.cols());
-  for (Eigen::Index k = 0; k < g.cols(); ++k) {
-    Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
-    spread(0, k) = 0.0;
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      const Point& at = points_[p];
-      const Vec3 in_frame = g.block<3, 1>(3 * static_cast<Eigen::Index>(p), k);
-      if (in_frame.isZero(0.0)) continue;
-      const Vec3 push = at.frame.transpose() * in_frame;
-      sum += push, torque += at.arm.cross(push), spread(0, k) += at.arm.dot(push);
-      const Vec3 own = shape.s * (R_.transpose() * push);
-      for (const VertexShare& m : at.moved)
-        f.block<3, 1>(6 + space.first_dof(m.vertex), k) += m.weight * own;
-    }
-    f.block<3, 1>(0, k) = sum;
-    f.block<3, 1>(3, k) = torque;
-  }
-  auto nodal = f.bottomRows(space.size());
-  nodal.noalias() += shape.shift_rate.transpose() * (R_.transpose() * f.topRows<3>()).eval();
-  nodal.noalias() += shape.slope * spread;
-  nodal.noalias() -= terms_->spin_of_modes.transpose() * f.middleRows<3>(3);
+  f.few.setFromTriplets(few.begin(), few.end());
   return f;
 }
 
 // Eq. C17b.
-void NodalRows::set_answers(MatX answers) {
-  const MatX A = velocity(answers);
-  inverse_mass_ = 0.5 * (A + A.transpose());
-  answers_ = std::make_shared<const MatX>(std::move(answers));
+void NodalRows::set_inverse(NodalInverse inverse) {
+  forces_ = forces_of_points();
+  inverse_mass_ = size() > 0 ? inverse.compliance(forces_) : MatX();
+  inverse_ = std::move(inverse);
 }
 
-void set_answers(const std::vector<const NodalInverse*>& inverses, const RowsOfNodes& rows) {
-  std::vector<const NodalInverse*> used;
-  std::vector<NodalRows*> given;
-  std::vector<MatX> f;
-  for (std::size_t b = 0; b < rows.size(); ++b) {
-    if (!rows[b]) continue;
-    if (rows[b]->size() == 0)
-      rows[b]->set_answers(rows[b]->forces());
-    else
-      used.push_back(inverses[b]), given.push_back(rows[b].get()), f.push_back(rows[b]->forces());
-  }
-  NodalInverse::solve(used, f);
-  for (std::size_t n = 0; n < given.size(); ++n) given[n]->set_answers(std::move(f[n]));
+MatX NodalRows::answers(const std::vector<int>& rows) const {
+  MatX units = MatX::Zero(size(), static_cast<long>(rows.size()));
+  for (std::size_t k = 0; k < rows.size(); ++k) units(rows[k], static_cast<long>(k)) = 1.0;
+  return answer(units);
 }
 
-void set_answers(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows) {
-  std::vector<std::unique_ptr<NodalInverse>> inverses(rows.size());
-  std::vector<const NodalInverse*> all(rows.size(), nullptr);
+MatX NodalRows::seen() const {
+  const int n = inverse_->space().seen_dofs();
+  return velocity(inverse_->solve_seen(MatX::Identity(n, n))).transpose();
+}
+
+void set_inverses(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows) {
   for (std::size_t b = 0; b < rows.size(); ++b)
-    if (rows[b] && rows[b]->size() > 0) {
-      inverses[b] = std::make_unique<NodalInverse>(*H[b]);
-      all[b] = inverses[b].get();
-    }
-  set_answers(all, rows);
+    if (rows[b]) rows[b]->set_inverse(NodalInverse(*H[b]));
 }
 
 }  // namespace archetide

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,10 +30,10 @@ Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares&
 /// joint is a unit vector. J itself is never formed: each point moves with a few nodes and with
 /// seven numbers of all.
 ///
-/// First all points are added, then the answers are given.
+/// First all points are added, then the inverse mass is given.
 class NodalRows {
  public:
-  /// `terms`: of the configuration of the points. Both must outlive it.
+  /// `terms`: of the configuration of the points. Both must live until the inverse mass is given.
   NodalRows(const ReducedBody& body, const ConfigurationTerms& terms);
 
   /// Three rows more, frame times the velocity of a point at this arm (world, m) from the centre of
@@ -43,14 +44,14 @@ class NodalRows {
   MatX rows_of(int item) const;
   int first_row(int item) const;
 
-  MatX velocity(const MatX& y) const;  // J y, columns side by side
-  MatX force(const MatX& g) const;     // J^T g, (6 + 3 n) rows
-  MatX forces() const { return force(MatX::Identity(size(), size())); }  // J^T
-
-  /// `answers`: H^-1 J^T, (6 + 3 n) x K.
-  void set_answers(MatX answers);
-  const std::shared_ptr<const MatX>& answers() const { return answers_; }
-  const MatX& inverse_mass() const { return inverse_mass_; }  // J H^-1 J^T, K x K
+  void set_inverse(NodalInverse inverse);
+  /// From here on with the inverse mass.
+  MatX velocity(const MatX& y) const { return forces_.velocities(y); }  // J y, columns side by side
+  MatX force(const MatX& g) const { return forces_.forces(g); }         // J^T g, (6 + 3 n) rows
+  const MatX& inverse_mass() const { return inverse_mass_; }            // J H^-1 J^T, K x K
+  MatX answer(const MatX& g) const { return inverse_->solve(force(g)); }  // H^-1 J^T g
+  MatX answers(const std::vector<int>& rows) const;  // those columns of H^-1 J^T
+  MatX seen() const;  // NodalSpace::seen_velocity of H^-1 J^T, (6 + r) x K
 
  private:
   struct Point {
@@ -60,20 +61,20 @@ class NodalRows {
     VertexShares moved;
   };
 
+  RowForces forces_of_points() const;
+
   const ReducedBody* body_;
   const ConfigurationTerms* terms_;
-  Mat3 R_;
   std::vector<Point> points_;
-  std::shared_ptr<const MatX> answers_;
+  RowForces forces_;  // J^T
+  std::optional<NodalInverse> inverse_;
   MatX inverse_mass_;
 };
 
 /// Of each body; null: its rows are written in its own velocities.
 using RowsOfNodes = std::vector<std::unique_ptr<NodalRows>>;
 
-/// Gives them their answers by the inverse masses, or H alone, of these bodies (null where no rows
-/// are); bodies of one kind share the passes over their factor.
-void set_answers(const std::vector<const NodalInverse*>& inverses, const RowsOfNodes& rows);
-void set_answers(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows);
+/// Gives them the inverses of these masses.
+void set_inverses(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows);
 
 }  // namespace archetide

@@ -6,13 +6,14 @@
 #include "common/archetype/matched_moments.h"
 #include "common/base/axial.h"
 #include "common/base/check.h"
+#include "common/base/exception_carrier.h"
 #include "runtime/solid/reduced_body.h"
 
 namespace archetide {
 namespace {
 
 /// Rigid motions of the rest shape about the origin, 3 n x 6.
-MatX rigid_motions(const std::vector<Vec3>& nodes) {
+MatX motions_of_rest(const std::vector<Vec3>& nodes) {
   MatX J(3 * static_cast<long>(nodes.size()), 6);
   for (std::size_t p = 0; p < nodes.size(); ++p) {
     const auto row = 3 * static_cast<long>(p);
@@ -39,7 +40,7 @@ NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
   for (std::size_t p = 0; p < a.tets.nodes.size(); ++p)
     rest_.segment<3>(3 * static_cast<long>(p)) = a.tets.nodes[p];
   pattern_ = std::make_shared<const FactorPattern>(a.matrices);
-  rigid_ = rigid_motions(a.tets.nodes);
+  rigid_ = motions_of_rest(a.tets.nodes);
   rigid_momentum_.resize(rigid_.rows(), 6);
   for (int k = 0; k < 6; ++k) rigid_momentum_.col(k) = product(1.0, 0.0, rigid_.col(k));
   rigid_momentum_ = (rigid_momentum_ * (rigid_.transpose() * rigid_momentum_).inverse()).eval();
@@ -212,13 +213,11 @@ std::size_t NodalSpace::bytes() const {
   const TetMatrices& m = archetype_->matrices;
   std::size_t sum = m.column.size() * (sizeof(int) + sizeof(double) + sizeof(Mat3));
   if (elasticity_) sum += elasticity_->bytes() + sizeof(int) * places_.size();
-  const std::lock_guard guard(lock_);
-  for (const Kept& at : factors_) {
-    sum += at.factor->bytes();
-    if (at.of_modes) sum += sizeof(double) * static_cast<std::size_t>(at.of_modes->size());
-  }
-  return sum + sizeof(double) * static_cast<std::size_t>(rigid_.size() + rigid_momentum_.size() +
-                                                         mode_moments_.size() + 2 * rest_.size());
+  const auto of_modes = static_cast<std::size_t>(mode_moments_.size());
+  sum += kKeptFactors * (factor_bytes() + sizeof(double) * of_modes);
+  return sum + sizeof(double) * (static_cast<std::size_t>(rigid_.size() + rigid_momentum_.size() +
+                                                          2 * rest_.size()) +
+                                 of_modes);
 }
 
 namespace {
@@ -268,7 +267,8 @@ NodalMass::NodalMass(std::shared_ptr<const NodalSpace> space, double a, double b
   const MatX& N = space_->rigid_momentum();
   rigid_answers_ = N;
   factor_->solve(rigid_answers_);
-  rigid_answers_ = (rigid_answers_ * (N.transpose() * rigid_answers_).inverse()).eval();
+  rigid_block_ = N.transpose() * rigid_answers_;
+  rigid_answers_ = (rigid_answers_ * rigid_block_.inverse()).eval();
   if (!load) return;
   MatX U(size(), 6), C = MatX::Zero(6, 6);
   U << load->V, load->W;
@@ -326,30 +326,42 @@ MatX NodalMass::solve(MatX f) const {
 }
 
 void NodalMass::solve(const std::vector<const NodalMass*>& masses, std::vector<MatX>& f) {
-  std::vector<char> done(masses.size(), 0);
-  for (std::size_t first = 0; first < masses.size(); ++first) {
-    if (done[first]) continue;
-    const NodalMass& mass = *masses[first];
-    std::vector<std::size_t> alike;
-    Eigen::Index columns = 0;
-    for (std::size_t b = first; b < masses.size(); ++b)
-      if (masses[b]->factor_ == mass.factor_)
-        alike.push_back(b), done[b] = 1, columns += f[b].cols();
-    MatX all(mass.size(), columns);
-    Eigen::Index at = 0;
-    for (const std::size_t b : alike) {
-      all.middleCols(at, f[b].cols()) = f[b];
-      at += f[b].cols();
-    }
-    mass.space_->take_rigid_force(all);
-    mass.factor_->solve(all);
-    mass.take_rigid_motion(all);
-    at = 0;
-    for (const std::size_t b : alike) {
-      f[b] = all.middleCols(at, f[b].cols()) / masses[b]->a_;
-      masses[b]->take_additions(f[b]);
-      at += f[b].cols();
-    }
+  std::vector<std::vector<std::size_t>> alike;  // that share a factor
+  for (std::size_t b = 0; b < masses.size(); ++b) {
+    const auto same = [&](const std::vector<std::size_t>& group) {
+      return masses[group.front()]->factor_ == masses[b]->factor_;
+    };
+    const auto group = std::find_if(alike.begin(), alike.end(), same);
+    if (group == alike.end())
+      alike.push_back({b});
+    else
+      group->push_back(b);
+  }
+  ExceptionCarrier carrier;
+#pragma omp parallel for schedule(dynamic) if (alike.size() > 1)
+  for (std::size_t k = 0; k < alike.size(); ++k)
+    carrier.run([&] { solve_alike(masses, alike[k], f); });
+  carrier.rethrow();
+}
+
+void NodalMass::solve_alike(const std::vector<const NodalMass*>& masses,
+                            const std::vector<std::size_t>& which, std::vector<MatX>& f) {
+  const NodalMass& mass = *masses[which.front()];
+  Eigen::Index columns = 0, at = 0;
+  for (const std::size_t b : which) columns += f[b].cols();
+  MatX all(mass.size(), columns);
+  for (const std::size_t b : which) {
+    all.middleCols(at, f[b].cols()) = f[b];
+    at += f[b].cols();
+  }
+  mass.space_->take_rigid_force(all);
+  mass.factor_->solve(all);
+  mass.take_rigid_motion(all);
+  at = 0;
+  for (const std::size_t b : which) {
+    f[b] = all.middleCols(at, f[b].cols()) / masses[b]->a_;
+    masses[b]->take_additions(f[b]);
+    at += f[b].cols();
   }
 }
 
@@ -358,6 +370,28 @@ MatX NodalMass::answers_of_modes() const {
   MatX u = *space_->answers_of_modes(b_ / a_) / a_;
   take_additions(u);
   return u;
+}
+
+// Without rigid motion: Pi A^-1 Pi^T of a factor that knows its rest shape, else A^-1 - Z N^T A^-1.
+MatX NodalMass::compliance(const Eigen::SparseMatrix<double>& E) const {
+  MatX sum = factor_->compliance(E);
+  if (is_nonlinear()) {
+    const MatX of_rigid = E.transpose() * rigid_answers_;
+    sum -= of_rigid * rigid_block_ * of_rigid.transpose();
+  } else {
+    const MatX& N = space_->rigid_momentum();
+    MatX Y = N;
+    factor_->solve(Y);
+    const MatX rigid = E.transpose() * space_->rigid_motions(), beside = E.transpose() * Y;
+    const MatX both = (beside - 0.5 * rigid * (N.transpose() * Y)) * rigid.transpose();
+    sum -= both + both.transpose();
+  }
+  sum /= a_;
+  for (const Addition& added : additions_) {
+    const MatX of_added = E.transpose() * added.W;
+    sum -= of_added * added.G * of_added.transpose();
+  }
+  return sum;
 }
 
 int seen_dofs(const ReducedBody& body) {

@@ -67,6 +67,7 @@ class NodalSpace {
 
   /// M J_0 (J_0^T M J_0)^-1, 3 n x 6: the forces that rigid motions take up.
   const MatX& rigid_momentum() const { return rigid_momentum_; }
+  const MatX& rigid_motions() const { return rigid_; }  // J_0, 3 n x 6
 
   /// Factor of M + ratio K (ratio in s^2). The last few are kept: steps come in few lengths, and
   /// both stages of one have the same.
@@ -77,7 +78,9 @@ class NodalSpace {
   /// (M + ratio K)^-1 mode_moments() without rigid motion, 3 n x r; kept with the factor.
   std::shared_ptr<const MatX> answers_of_modes(double ratio) const;
 
-  /// Of the archetype's matrices, factors that are kept and their pattern.
+  std::size_t factor_bytes() const { return pattern_->factor_bytes(); }  // of one
+  /// Of the archetype's matrices and of as many factors as are kept once steps have had several
+  /// lengths.
   std::size_t bytes() const;
 
  private:
@@ -141,12 +144,16 @@ class NodalMass {
   static void solve(const std::vector<const NodalMass*>& masses, std::vector<MatX>& f);
   /// Mhat^-1 of the space's mode_moments(), 3 n x r.
   MatX answers_of_modes() const;
+  /// E^T Mhat^-1 E, k x k, of forces E (3 n x k) on a few nodes each (BlockCholesky::compliance).
+  MatX compliance(const Eigen::SparseMatrix<double>& E) const;
 
  private:
   struct Addition {
     MatX U, C;
     MatX W, G;  // W = Mhat^-1 U of what was there before, G = C (1 + U^T W C)^-1
   };
+  static void solve_alike(const std::vector<const NodalMass*>& masses,
+                          const std::vector<std::size_t>& which, std::vector<MatX>& f);
   void take_rigid_motion(MatX& u) const;
   void take_additions(MatX& u) const;
 
@@ -154,8 +161,9 @@ class NodalMass {
   double a_, b_;
   std::shared_ptr<const BlockCholesky> factor_;
   std::vector<Mat3> elastic_, blocks_;  // blocks_: b K + T; both empty without T
-  MatX
-      rigid_answers_;  // of a factor of its own: Z = factor^-1 N (N^T factor^-1 N)^-1, N = rigid_momentum()
+  // Of a factor of its own: Z = factor^-1 N (N^T factor^-1 N)^-1, N = rigid_momentum(), and
+  // N^T factor^-1 N.
+  MatX rigid_answers_, rigid_block_;
   std::vector<Addition> additions_;
 };
 

@@ -61,7 +61,7 @@ void print_nodes(const std::shared_ptr<const Archetype>& archetype) {
       "  every node: %d dofs, analysis %.2f s, factor %.2f s, %.0f MB; solve %.1f ms, of 50 %.1f "
       "ms "
       "each; step %.1f ms; %zu bytes/instance\n",
-      nodes->size(), analysed, factored, 1e-6 * static_cast<double>(factor->bytes()),
+      nodes->size(), analysed, factored, 1e-6 * static_cast<double>(nodes->factor_bytes()),
       milliseconds(1), milliseconds(50) / 50, step, instance_bytes(body));
 }
 

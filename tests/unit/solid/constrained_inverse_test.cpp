@@ -140,7 +140,7 @@ TEST(ConstrainedInverse, GivesTheForcesThatHoldABody) {
   EXPECT_EQ(with_force[0], held[0]);
   EXPECT_EQ(with_force[2], held[2]);
   EXPECT_LT((y[1] - g.inverse_mass[1] * with_force[1] - held[1]).norm(), 1e-13 * y[1].norm());
-  const MatX &H = g.inverse_mass[1], own = H - H * c.own_loss(1) * H;
+  const MatX &H = g.inverse_mass[1], own = H - c.own_loss(1, H);
   EXPECT_LT((own - c.own_block(1)).norm(), 1e-13 * H.norm());
 }
 
@@ -158,7 +158,7 @@ TEST(ConstrainedInverse, KnowsTheBlockOfEveryBody) {
   for (int b = 0, at = 0; b < static_cast<int>(dofs.size()); at += dofs[b++]) {
     const MatX& H = g.inverse_mass[b];
     EXPECT_LE((c.own_block(b) - exact.block(at, at, dofs[b], dofs[b])).norm(), 1e-13 * H.norm());
-    EXPECT_LE((H - H * c.own_loss(b) * H - c.own_block(b)).norm(), 1e-13 * H.norm());
+    EXPECT_LE((H - c.own_loss(b, H) - c.own_block(b)).norm(), 1e-13 * H.norm());
   }
 }
 
