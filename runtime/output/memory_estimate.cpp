@@ -20,10 +20,14 @@ constexpr double kBytesPerParticle = 150.0;
 // tank.
 constexpr double kParticleBand = 6.0;
 
-// Bodies of nodes answer to each of their points of contact with a velocity of all nodes: so many
-// columns and copies of each, from peak memory of three rings of 5k tets that lie on each other:
-// measured 60 MB a ring.
-constexpr double kContactColumns = 3.0 * 100.0, kContactCopies = 7.0;
+// Factors that a nonlinear body of nodes has at once, those of its stages, with what it takes to
+// make one: from peak memory of three blocks of 4k quadratic tets, 310 MB each of factors of 88 MB.
+constexpr double kOwnFactors = 3.5;
+// In contact bodies of nodes have dense matrices of the rows of all points that may touch, and
+// answers of all nodes to those that press: from peak memory of three rings of 5k linear tets that
+// hit each other, up to 1650 rows each: measured 114 MB a ring.
+constexpr double kContactRows = 1500.0, kMatricesOfRows = 5.0;
+constexpr double kHeldRows = 300.0, kCopiesOfAnswers = 3.0;
 
 double bytes_of(const MatX& m) { return 8.0 * static_cast<double>(m.size()); }
 
@@ -53,8 +57,11 @@ MemoryEstimate estimate_memory(const SimulationOptions& options, const Grid& g,
   std::set<const NodalSpace*> spaces;
   for (const ReducedBody& body : bodies) {
     m.bodies += static_cast<double>(instance_bytes(body));
+    if (body.nodes && body.is_nonlinear())
+      m.bodies += kOwnFactors * static_cast<double>(body.nodes->factor_bytes());
     if (body.nodes && options.body_contact && bodies.size() > 1)
-      m.bodies += sizeof(double) * kContactColumns * kContactCopies * body.dofs();
+      m.bodies += sizeof(double) * (kMatricesOfRows * kContactRows * kContactRows +
+                                    kCopiesOfAnswers * kHeldRows * body.dofs());
     if (seen.insert(body.archetype.get()).second) m.archetypes += archetype_bytes(*body.archetype);
     if (body.nodes && spaces.insert(body.nodes.get()).second)
       m.archetypes += static_cast<double>(body.nodes->bytes());

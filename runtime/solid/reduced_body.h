@@ -149,8 +149,8 @@ VecX elastic_force(const ReducedBody& body, const VecX& q);
 struct GeneralisedMass {
   double mass = 0.0;
   Mat3 inertia, inertia_inverse;
-  MatX M_hat;  // r x r; a body of nodes has ..
-  Eigen::LDLT<MatX> M_hat_factor;
+  MatX M_hat;                              // r x r; a body of nodes has ..
+  Eigen::LDLT<MatX> M_hat_factor{MatX()};  // begins defined: it is copied without modes, too
   std::shared_ptr<const NodalMass> nodal = nullptr;  // .. this instead
 
   int size() const;
@@ -242,9 +242,9 @@ void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, cons
 /// dt^2/2 dF/dq + dt^2/4 K_h. `load`: g + f, r, N m per unit q; `load_stiffness`: K_h, how f falls as
 /// q goes on from where it is read (S14a), or empty; `terms`: M_q as the stage has it.
 struct ModalMotion {
-  VecX q_dot;  // r, 1/s
-  MatX M_hat;  // r x r, kg, positive definite; a body of nodes has ..
-  Eigen::LDLT<MatX> M_hat_factor;
+  VecX q_dot;                              // r, 1/s
+  MatX M_hat;                              // r x r, kg, positive definite; a body of nodes has ..
+  Eigen::LDLT<MatX> M_hat_factor{MatX()};  // begins defined: it is copied without modes, too
   MatX slope;  // of that what the elastic force gives, FreeMotion::slope
   std::shared_ptr<const NodalMass> nodal = nullptr;  // .. this instead
 
