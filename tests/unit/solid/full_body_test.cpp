@@ -1,6 +1,7 @@
 // Bodies of nodes: every degree of freedom of the tets, S = 1.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
@@ -65,6 +66,33 @@ TEST(BlockCholesky, MergedSupernodesHoldAllOfALargerFactor) {
   MatX x = A * MatX::Ones(A.rows(), 1);
   BlockCholesky(pattern, m, 1e-3).solve(x);
   EXPECT_LT((x - MatX::Ones(A.rows(), 1)).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+// More columns than are solved for at once, on both sides of a separator and on it, some of two
+// nodes.
+TEST(BlockCholesky, ComplianceIsThatOfWholeSolutions) {
+  const TetMesh tets = box_tets(Vec3(1.0, 0.3, 0.3), Vec3i(12, 3, 3));
+  const SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
+  const int n = static_cast<int>(tets.nodes.size());
+  const auto part = [&](int p) {  // left, right, middle
+    const double x = tets.nodes[p][0] - tets.nodes[0][0] - 0.5;
+    return x < -1e-6 ? 0 : x > 1e-6 ? 1 : 2;
+  };
+  std::vector<int> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int p, int q) { return part(p) < part(q); });
+  const TetMatrices m = sparse_matrices(tets, fem, order);
+  const BlockCholesky factor(std::make_shared<const FactorPattern>(m), m, 1e-3);
+  Eigen::SparseMatrix<double> E(3L * n, 130);
+  for (int k = 0; k < E.cols(); ++k) {
+    E.insert(3 * ((7 * k) % n) + k % 3, k) = 1.0 + 0.1 * k;
+    if (k % 4 == 0) E.insert(3 * ((11 * k + 5) % n) + (k + 1) % 3, k) = -0.5;
+  }
+  MatX answers = E;
+  factor.solve(answers);
+  const MatX wanted = E.transpose() * answers, got = factor.compliance(E);
+  EXPECT_LT((got - wanted).norm(), 1e-13 * wanted.norm());
+  EXPECT_EQ(got, MatX(got.transpose()));
 }
 
 TEST(SurfaceSwelling, IsThatOfTheModesForAnyDisplacement) {
