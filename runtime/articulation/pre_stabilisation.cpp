@@ -99,6 +99,7 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
 
   out.impulse.resize(bodies.size());
   for (const int b : held.bodies()) out.impulse[b] = VecX::Zero(bodies[b].dofs());
+  std::vector<MatX> answers(bodies.size());  // of bodies of nodes, once a turn needs them
   Anderson faster(kDepth);
   VecX lambda;
   for (;; ++out.turns) {
@@ -121,7 +122,9 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     for (const int b : held.bodies()) {
       if (nodes[b]) {
         out.impulse[b] += nodes[b]->force(f[b]);
-        y[b] += nodes[b]->answer(f[b]);
+        if (answers[b].size() == 0)
+          answers[b] = nodes[b]->answer(MatX::Identity(f[b].size(), f[b].size()));
+        y[b] += answers[b] * f[b];
         continue;
       }
       if (stiff[b]) f[b].tail(f[b].size() - 6).setZero();  // what holds the modes takes it

@@ -74,6 +74,16 @@ std::vector<ConfigurationTerms> present_terms(const std::vector<StageBody>& bodi
   return terms;
 }
 
+// What rows have of one body.
+std::vector<MatX*> rows_on(std::size_t b, std::vector<RowBlock>& rows) {
+  std::vector<MatX*> found;
+  for (RowBlock& block : rows) {
+    if (block.a == static_cast<int>(b)) found.push_back(&block.A);
+    if (block.b == static_cast<int>(b)) found.push_back(&block.B);
+  }
+  return found;
+}
+
 void add(std::vector<VecX>& sum, std::size_t b, const VecX& f) {
   if (f.size() == 0) return;
   if (sum[b].size() == 0)
@@ -245,10 +255,7 @@ void StageConstraints::hold() {
     const std::vector<int>& which = held_answers_[b]->which;
     held_mass_[b] = nodes_[b]->inverse_mass()(which, which);
     mass[b] = &held_mass_[b];
-    for (RowBlock& block : rows)
-      for (const auto& [owner, of_body] :
-           {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
-        if (owner == static_cast<int>(b)) *of_body = (*of_body)(Eigen::all, which).eval();
+    for (MatX* of_body : rows_on(b, rows)) *of_body = (*of_body)(Eigen::all, which).eval();
     given_answers_[b] = given_[b].size() > 0 ? VecX(nodes_[b]->answer(given_[b])) : VecX();
   }
   held_.setup(mass, std::move(rows));
@@ -261,12 +268,10 @@ std::vector<VecX> StageConstraints::with_given(std::vector<VecX> out) const {
 }
 
 // What a body of nodes answers to the rows that are held; those that were held before are known.
-void StageConstraints::find_held_answers(std::size_t b, const std::vector<RowBlock>& rows) {
+void StageConstraints::find_held_answers(std::size_t b, std::vector<RowBlock>& rows) {
   VecX used = VecX::Zero(nodes_[b]->size());
-  for (const RowBlock& block : rows)
-    for (const auto& [owner, of_body] :
-         {std::pair(block.a, &block.A), std::pair(block.b, &block.B)})
-      if (owner == static_cast<int>(b)) used += of_body->cwiseAbs().colwise().sum().transpose();
+  for (const MatX* of_body : rows_on(b, rows))
+    used += of_body->cwiseAbs().colwise().sum().transpose();
   auto out = std::make_shared<RowAnswers>();
   for (int k = 0; k < nodes_[b]->size(); ++k)
     if (used[k] > 0.0) out->which.push_back(k);

@@ -62,7 +62,7 @@ class StageConstraints {
   VecX moved(std::size_t b, const VecX& y, const VecX& f) const;
   std::vector<VecX> at_held(std::vector<VecX> y) const;
   std::vector<VecX> from_held(const std::vector<VecX>& f) const;
-  void find_held_answers(std::size_t b, const std::vector<RowBlock>& rows);
+  void find_held_answers(std::size_t b, std::vector<RowBlock>& rows);
   VecX on_body(std::size_t b, const VecX& f) const;
   bool wet() const { return !wet_inverse_.empty(); }
 
