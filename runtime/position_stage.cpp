@@ -117,8 +117,8 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
   constexpr int kMostSolves = 4;
   constexpr double kLess = 0.7;  // of the rest before
   const auto couple = [&] {
-    report.position.add(s.coupling.couple(Stage::kPositionHalf, dt, {&s.water.fluid().phi}, stage,
-                                          s.water.half_velocity(), results,
+    report.position.add(s.coupling.couple(Stage::kPositionHalf, dt, s.water.surface_as_it_stands(),
+                                          stage, s.water.half_velocity(), results,
                                           if_together(s, reachable), s.water.narrow_flow()));
     return report.position.converged;
   };

@@ -196,7 +196,7 @@ void meet_at_start(SimulationState& s, double dt) {
   s.water.start_with_given_velocity();
   std::vector<StageResult> results;
   const SolveReport report =
-      s.coupling.couple(Stage::kVelocityFull, h, {&s.water.fluid().phi}, stage,
+      s.coupling.couple(Stage::kVelocityFull, h, s.water.surface_as_it_stands(), stage,
                         s.water.full_velocity(), results, nullptr, {}, &s.water.held());
   if (!report.converged) return;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {

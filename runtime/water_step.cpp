@@ -211,6 +211,7 @@ WaterStep::WaterStep(const SimulationOptions& options, FluidState initial)
       fluid_(std::move(initial)),
       grid_(options.grid),
       open_side_(options.open_side) {
+  beyond_.fill(Vec3::Zero());
   fit_ceiling();
 }
 
@@ -243,7 +244,7 @@ double WaterStep::top() const { return grid_.low()[2] + grid_.dx * wet_layers(fl
 SurfaceOptions WaterStep::surface_options() const {
   SurfaceOptions s;
   s.particles_per_cell = options_.particles_per_cell;
-  s.open_side = open_side_;
+  s.open_side = air_sides();
   s.air_beyond = air_beyond_;
   return s;
 }
@@ -259,6 +260,20 @@ void WaterStep::find_air_beyond() {
       });
 }
 
+Sides WaterStep::water_beyond() const {
+  Sides sides{};
+  for (int side = 0; side < 6; ++side) sides[side] = options_.open_side[side] && !air_beyond_[side];
+  return sides;
+}
+
+// With the ceiling, if that was lowered.
+Sides WaterStep::air_sides() const {
+  const Sides water = water_beyond();
+  Sides sides{};
+  for (int side = 0; side < 6; ++side) sides[side] = open_side_[side] && !water[side];
+  return sides;
+}
+
 void WaterStep::prepare(const Coupling& coupling) {
   const Grid& g = grid_;
   if (fluid_.u[0].size() == 0) fluid_.u.resize(g, 0.0);
@@ -267,6 +282,7 @@ void WaterStep::prepare(const Coupling& coupling) {
   valid_.resize(g, 1);
   mark_solid_cells(coupling.solids(), solid_cells_);
   find_air_beyond();
+  beyond_ = mean_at_sides(g, fluid_.u);
   prepare_surface(g, fluid_, surface_options(), solid_cells_);
   held_.resize(g.nx, g.ny, g.nz, 0.0);
   residual_.resize(g.nx, g.ny, g.nz, 0.0);
@@ -352,6 +368,7 @@ void WaterStep::advect_to_half(double dt) {
   continue_in_time(fluid_.u, u_half_, intervals, valid_, carrier_);
   mark_water_faces(g, fluid_.phi, target_);
   advect_velocity(g, carrier_, fluid_.u, 0.5 * dt, valid_, target_, u_half_);
+  bring_in_water(g, water_beyond(), beyond_, carrier_, 0.5 * dt, u_half_);
   damp_water(0.5 * dt, u_half_);
   copy_values(u_half_, push_);
 }
@@ -369,6 +386,7 @@ void WaterStep::advect_to_end(double dt) {
     copy_values(fluid_.u, u_last_);
     add_push(push_, -share, valid_, u_half_);
     advect_velocity(g, carrier_, u_half_, dt, valid_, target_, u_star_);
+    bring_in_water(g, water_beyond(), beyond_, carrier_, dt, u_star_);
     add_push(push_, share, target_, u_star_);
     drag_energy_ = -damp_water(dt, u_star_);
     take_up_momentum(g, landings_, held_, u_star_);
@@ -382,6 +400,7 @@ void WaterStep::advect_to_end(double dt) {
   const Reflection reflection = {push_, usual, deep_};
   start_reflection(fluid_.u, 0.5, reflection, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half_, 0.5 * dt, valid_, target_, u_star_);
+  bring_in_water(g, water_beyond(), beyond_, carrier_, 0.5 * dt, u_star_);
   end_reflection(reflection, valid_, target_, u_half_, u_star_);
   drag_energy_ = -2.0 * damp_water(0.5 * dt, u_star_);  // the first half's is like it
   take_up_momentum(g, landings_, held_, u_star_);
@@ -410,7 +429,7 @@ void WaterStep::let_flow(double dt, const Coupling& coupling) {
                            kMostSpeedup, carrier_);
   carry_residual(g, carrier_, dt, fluid_.phi, coupling.solids().cell, residual_);
   outflow_ +=
-      take_outflow(g, carrier_, dt, fluid_.phi, coupling.open(), hidden_, open_side_, residual_);
+      take_outflow(g, carrier_, dt, fluid_.phi, coupling.open(), hidden_, air_sides(), residual_);
 }
 
 void WaterStep::move_surface(double dt, const Coupling& coupling, std::int64_t step) {
@@ -448,8 +467,21 @@ void WaterStep::move_spray(double dt, const Array3<double>& solid) {
 
 // With the surface moved by u^n (one solve a step) its waves are neutral where it stands.
 FreeSurface WaterStep::surface_now(double dt) const {
-  if (!present() || single()) return {&fluid_.phi};
-  return {&fluid_.phi, &u_half_, kReadBack * dt, &push_, 0.5 * dt, usual_acceleration(dt)};
+  FreeSurface surface = surface_as_it_stands();
+  if (!present() || single()) return surface;
+  surface.carrier = &u_half_, surface.shift = kReadBack * dt;
+  surface.push = &push_, surface.push_seconds = 0.5 * dt;
+  surface.usual_acceleration = usual_acceleration(dt);
+  return surface;
+}
+
+FreeSurface WaterStep::surface_as_it_stands() const {
+  FreeSurface surface;
+  surface.phi = &fluid_.phi;
+  surface.water_beyond = water_beyond();
+  const Vec3 low = options_.grid.low(), high = options_.grid.high();
+  surface.level = (options_.gravity.array() < 0.0).select(high, low);  // the highest corner
+  return surface;
 }
 
 // What an acceleration is measured by that may be an impact's: gravity, or the mean that the
@@ -503,6 +535,10 @@ void WaterStep::visit_state(StateArchive& a) {
   for (int side = 0; side < 6; ++side) air |= std::int64_t{air_beyond_[side]} << side;
   a.field("water/air_beyond", air);
   for (int side = 0; side < 6; ++side) air_beyond_[side] = (air >> side & 1) != 0;
+  std::vector<Vec3> beyond(beyond_.begin(), beyond_.end());
+  a.field("water/velocity_beyond", beyond);
+  if (beyond.size() != beyond_.size()) a.fail("a tank has six sides");
+  std::ranges::copy(beyond, beyond_.begin());
   a.field("water/refitted", refitted_);
   a.field("water/outflow", outflow_);
   a.field("water/markers", fluid_.markers);

@@ -11,6 +11,7 @@
 #include "runtime/fluid/surface.h"
 #include "runtime/fluid/surface_refit.h"
 #include "runtime/fluid/volume_flux.h"
+#include "runtime/fluid/water_beyond.h"
 #include "runtime/options.h"
 
 namespace archetide {
@@ -86,6 +87,8 @@ class WaterStep {
   void advect_to_end(double dt);
   /// How the velocity solve reads the surface's pressure.
   FreeSurface surface_now(double dt) const;
+  /// Where it stands, nothing carried.
+  FreeSurface surface_as_it_stands() const;
   /// After that solve: the water is at the end of the step.
   void after_velocity_solve(double dt, const Coupling& coupling);
   /// A step of dt (s) is done.
@@ -132,6 +135,8 @@ class WaterStep {
   bool single() const { return options_.scheme == Scheme::kSingle; }
   SurfaceOptions surface_options() const;
   void find_air_beyond();
+  Sides water_beyond() const;  // sides that take and give water
+  Sides air_sides() const;     // the other open ones
   /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
@@ -154,8 +159,9 @@ class WaterStep {
   MacField u_star_;  // advected, for the full-step solve, m/s
   Grid grid_;
   Sides open_side_;
-  Sides air_beyond_{};    // open sides that the water did not cover whole at the start
-  double last_dt_ = 0.0;  // s, of the step that u_half_ stems from; 0: of none
+  VelocityBeyond beyond_;  // of the water there, as the scene begins
+  Sides air_beyond_{};     // open sides that the water did not cover whole at the start
+  double last_dt_ = 0.0;   // s, of the step that u_half_ stems from; 0: of none
   double outflow_ = 0.0, refitted_ = 0.0;  // m^3
   FaceField<unsigned char> valid_, target_, deep_;
   Array3<unsigned char> solid_cells_;

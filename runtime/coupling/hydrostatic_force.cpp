@@ -48,6 +48,15 @@ struct CellCorners {
   }
 };
 
+// Whether still water is where a cell outside the tank lies.
+bool is_water_beyond(const Grid& g, const Sides& water_beyond, const Vec3i& cell) {
+  for (int a = 0; a < 3; ++a) {
+    if (cell[a] < 0 && !water_beyond[2 * a]) return false;
+    if (cell[a] >= g.size(a) && !water_beyond[2 * a + 1]) return false;
+  }
+  return true;
+}
+
 // A triangle well below the surface, all of whose cells carry an unknown or lie inside solids.
 bool is_deep(const Grid& g, const PressureSystem& water, const CellCorners& c) {
   const double deep = -2.0 * g.dx;
@@ -113,7 +122,13 @@ std::vector<Mat3> forces_on_some(const Grid& g, const WetSurface& s,
       continue;
     }
     for_each_piece(g, corners.x, [&](const Vec3i& cell, const ClipPolygon& piece) {
-      if (!in_grid(cell)) return;
+      if (!in_grid(cell)) {
+        const Vec3& level = loads == Loads::kStill ? hydro.reference : free.level;
+        if (is_water_beyond(g, free.water_beyond, cell))
+          add_polygon(
+              piece, [&](const Vec3& w) { return rho_g.dot(read_at(w) - level); }, triangle);
+        return;
+      }
       const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;
       const auto level = [&](const Vec3& at) { return interpolate(g, *free.phi, at); };
       std::array<double, ClipPolygon::kMaxCorners> phi;

@@ -8,7 +8,7 @@ struct SurfaceOptions {
   int particles_per_cell = 0;  // 0: plain level set; 16 to 64 keep thin features
   int band_cells = 5;          // phi is a distance this far from the surface, cells; 4 .. 10
   int reseed_every = 20;       // steps between reseedings [EMF02]
-  Sides open_side{};           // sides of the tank through which water leaves
+  Sides open_side{};           // sides of the tank beyond which is air
   Sides air_beyond{};          // those at which the water ends
 };
 

@@ -108,8 +108,9 @@ namespace {
 // Where the interface crosses the segment between the wet points on both sides of a face; on an
 // open side of the tank: the face, or before it.
 struct Crossing {
-  double theta;  // cells from the water's point, 0 to 1
-  Vec3 point;    // m
+  double theta;          // cells from the water's point, 0 to 1
+  Vec3 point;            // m
+  bool is_side = false;  // the open side itself, which stays where it is [D80]
 };
 Crossing crossing(const Grid& g, const Array3<double>& phi, const FaceField<double>& open,
                   const Vec3i& c, int axis, int sign) {
@@ -117,7 +118,7 @@ Crossing crossing(const Grid& g, const Array3<double>& phi, const FaceField<doub
   const WetPoint inside = wet_point(g, phi, open, c);
   if (!in_grid(g, n)) {
     const double theta = std::clamp(-inside.phi / g.dx, 0.0, 0.5);
-    return {theta, inside.x + sign * theta * g.dx * Vec3::Unit(axis)};
+    return {theta, inside.x + sign * theta * g.dx * Vec3::Unit(axis), theta == 0.5};
   }
   const WetPoint outside = wet_point(g, phi, open, n);
   const double theta = std::clamp(inside.phi / (inside.phi - outside.phi), 0.0, 1.0);
@@ -135,8 +136,9 @@ double surface_theta(const Grid& g, const Array3<double>& phi, const FaceField<d
 SurfaceFace surface_face(const Grid& g, const FreeSurface& surface, const FaceField<double>& open,
                          const Hydrostatics& hydrostatics, const Vec3i& c, int axis, int sign) {
   const Crossing at = crossing(g, *surface.phi, open, c, axis, sign);
-  const double value = hydrostatics.surface_value(at.point) +
-                       carried_pressure(g, surface, hydrostatics.gravity, at.point);
+  const bool water = at.is_side && surface.water_beyond[2 * axis + (sign > 0)];
+  double value = hydrostatics.surface_value(water ? surface.level : at.point);
+  if (!at.is_side) value += carried_pressure(g, surface, hydrostatics.gravity, at.point);
   return {std::max(at.theta, kThetaMin), value};
 }
 
