@@ -252,12 +252,14 @@ SurfaceOptions WaterStep::surface_options() const {
 // Beyond an open side that the water covers whole there is as much of it as it takes; otherwise air.
 void WaterStep::find_air_beyond() {
   const Array3<double>& phi = fluid_.phi;
+  const auto is_air = [&](std::size_t n) { return phi[n] >= 0.0 && !solid_cells_[n]; };
   for (int side = 0; side < 6; ++side)
     if (options_.open_side[side])
       for_cells_at_side(grid_, side, [&](Ijk c) {  // a ceiling that was lowered lies in the air
-        const std::size_t n = phi.index(c.i, c.j, c.k);
-        if (phi[n] >= 0.0 && !solid_cells_[n]) air_beyond_[side] = true;
+        if (is_air(phi.index(c.i, c.j, c.k))) air_beyond_[side] = true;
       });
+  full_ = grid_.nz == options_.grid.nz;
+  for (std::size_t n = 0; n < phi.size() && full_; ++n) full_ = !is_air(n);
 }
 
 Sides WaterStep::water_beyond() const {
@@ -478,7 +480,7 @@ FreeSurface WaterStep::surface_now(double dt) const {
 FreeSurface WaterStep::surface_as_it_stands() const {
   FreeSurface surface;
   surface.phi = &fluid_.phi;
-  surface.water_beyond = water_beyond();
+  if (full_) surface.water_beyond = water_beyond();
   const Vec3 low = options_.grid.low(), high = options_.grid.high();
   surface.level = (options_.gravity.array() < 0.0).select(high, low);  // the highest corner
   return surface;
@@ -535,6 +537,9 @@ void WaterStep::visit_state(StateArchive& a) {
   for (int side = 0; side < 6; ++side) air |= std::int64_t{air_beyond_[side]} << side;
   a.field("water/air_beyond", air);
   for (int side = 0; side < 6; ++side) air_beyond_[side] = (air >> side & 1) != 0;
+  std::int64_t full = full_ ? 1 : 0;
+  a.field("water/full", full);
+  full_ = full != 0;
   std::vector<Vec3> beyond(beyond_.begin(), beyond_.end());
   a.field("water/velocity_beyond", beyond);
   if (beyond.size() != beyond_.size()) a.fail("a tank has six sides");

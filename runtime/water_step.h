@@ -161,6 +161,7 @@ class WaterStep {
   Sides open_side_;
   VelocityBeyond beyond_;  // of the water there, as the scene begins
   Sides air_beyond_{};     // open sides that the water did not cover whole at the start
+  bool full_ = false;      // no air in the tank as the scene begins
   double last_dt_ = 0.0;   // s, of the step that u_half_ stems from; 0: of none
   double outflow_ = 0.0, refitted_ = 0.0;  // m^3
   FaceField<unsigned char> valid_, target_, deep_;

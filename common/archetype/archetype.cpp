@@ -500,6 +500,17 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
   return content_hash;
 }
 
+void derive_swelling(Archetype& a) {
+  const Swelling own = second_order_swelling(a.surface, a.surface_modes);
+  if (!a.nonlinear()) a.swelling = own;
+  for (SurfaceRung& rung : a.ladder) {
+    rung.swelling = second_order_swelling(rung.surface, rung.modes);
+    if (!a.nonlinear()) continue;
+    rung.swelling.volume -= own.volume;
+    for (int k = 0; k < 3; ++k) rung.swelling.centroid[k] -= own.centroid[k];
+  }
+}
+
 Archetype read_archetype(const std::string& path, Part part) {
   const Hdf5Reader file(path, kAdvice);
   demand_our_format(file);
@@ -528,7 +539,7 @@ Archetype read_archetype(const std::string& path, Part part) {
   } catch (const AssertionError& wrong) {
     file.fail(wrong.what());
   }
-  if (!a.nonlinear()) a.swelling = second_order_swelling(a.surface, a.surface_modes);
+  derive_swelling(a);
   return a;
 }
 

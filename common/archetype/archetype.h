@@ -115,6 +115,9 @@ void validate(const Archetype& a);
 /// MachineError.
 std::string write_archetype(const std::string& path, const Archetype& a);
 
+/// The swelling of the modes on each surface, from these [D81].
+void derive_swelling(Archetype& a);
+
 /// Throws FileError: missing, not HDF5, not ours, other version, truncated, hash mismatch.
 /// `kRuntime` leaves out tets, node modes and their matrices (and then the hash covers what the file
 /// stores, checked by section). The content hash does not count the matrices, which follow from the

@@ -35,7 +35,7 @@ struct FreeSurface {
   // Accelerations above this, m/s^2, are an impact's: there nothing is moved back (see
   // carried_pressure).
   double usual_acceleration = 0.0;
-  Sides water_beyond{};       // open sides beyond which is still water, of pressure ..
+  Sides water_beyond{};       // open sides beyond which is water of pressure ..
   Vec3 level = Vec3::Zero();  // .. 0 at the height of this place, m
 };
 

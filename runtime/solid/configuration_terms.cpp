@@ -14,7 +14,7 @@ Configuration current_configuration(const ReducedBody& body) {
 
 ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q) {
   if (body.nodes) return nodal_shape_correction(*body.nodes, q);
-  const Swelling& swelling = body.archetype->swelling;
+  const Swelling& swelling = body.rung ? body.rung->swelling : body.archetype->swelling;
   const int r = body.r;
   ShapeCorrection out{1.0, VecX::Zero(r), Vec3::Zero(), MatX::Zero(3, r)};
   if (r == 0 || swelling.volume.size() == 0) return out;

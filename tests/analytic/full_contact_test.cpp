@@ -139,9 +139,11 @@ Simulation colliding_in_water(Kind kind, double friction, double aside = 0.0,
   return Simulation(o, water_to(o.grid, INFINITY), bodies, {});
 }
 
+// Measured 1.6e-13 m. In the middle of the tank, where vertices lie in planes of the grid, the last
+// digit decides between two sets of contacts, and they part by 1.3e-7 m.
 TEST(FullBodyContact, InWaterWithoutFrictionEqualsThatOfAllModes) {
-  Simulation modal = colliding_in_water(Kind::kModes, 0.0),
-             nodal = colliding_in_water(Kind::kNodes, 0.0);
+  Simulation modal = colliding_in_water(Kind::kModes, 0.0, 0.01),
+             nodal = colliding_in_water(Kind::kNodes, 0.0, 0.01);
   EXPECT_LT(apart_after(60, 0.005, modal, nodal), 1e-8 * kSize);
 }
 
