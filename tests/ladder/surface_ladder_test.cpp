@@ -11,8 +11,10 @@
 #include "common/base/check.h"
 #include "precompute/build.h"
 #include "precompute/recipe.h"
+#include "runtime/simulation.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/water_scene.h"
 
 namespace archetide {
 namespace {
@@ -209,6 +211,40 @@ TEST_P(SurfaceLadder, IsTheBodyToTheWater) {
 INSTANTIATE_TEST_SUITE_P(Assets, SurfaceLadder,
                          testing::Values("sphere", "torus", "starfish_firm", "jellyfish"),
                          [](const auto& body) { return std::string(body.param); });
+
+// Shapes of a starfish that sinks, askew, 1.3 m under the surface of the water, every tenth of a second.
+MatX shapes_on_the_way(const Built& archetype, const SurfaceRung* rung) {
+  SimulationOptions o;
+  o.grid = {24, 24, 48, 1.0 / 24.0, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  ReducedBody body = make_body(archetype, archetype->r());
+  body.rung = rung;
+  body.mass_scale = 1.1;
+  body.position = Vec3(0.5, 0.5, 0.5);
+  body.rotation = Quat(Eigen::AngleAxisd(0.6, Vec3(1.0, 0.3, 0.0).normalized()));
+  body.P = body_mass(body) * Vec3(0, 0, -1.0);
+  Simulation s(o, water_to(o.grid, 1.8), {body}, {});
+  MatX shapes(archetype->r(), 10);
+  for (int n = 0; n < 10; ++n) {
+    for (int step = 0; step < 5; ++step) s.step(0.02);
+    shapes.col(n) = s.bodies()[0].q;
+  }
+  return shapes;
+}
+
+// On a rung of a quarter of its triangles it bends as on its own surface. Measured 5.3 %; while the
+// rung swelled at second order in its own way [D81] 87 %.
+TEST(SurfaceLadder, UnderWaterABodyBendsAsOnItsOwnSurface) {
+  const Built body = build_asset("starfish");
+  const SurfaceRung* rung = coarsest_rung(body->ladder, 1.0 / 24.0);
+  ASSERT_NE(rung, nullptr);
+  const MatX whole = shapes_on_the_way(body, nullptr), coarse = shapes_on_the_way(body, rung);
+  const double apart = (coarse - whole).norm() / whole.norm();
+  std::printf("%zu of %zu triangles: shapes %.3f apart\n", rung->surface.triangles.size(),
+              body->surface.triangles.size(), apart);
+  EXPECT_LT(apart, 0.15);
+}
 
 }  // namespace
 }  // namespace archetide
