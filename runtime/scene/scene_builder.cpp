@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "common/archetype/complete_basis.h"
 #include "common/archetype/mode_cluster.h"
@@ -360,6 +361,11 @@ void forecast(const SceneSpec& scene, BuiltScene& built) {
   built.forecasts = forecast_deformation(scene, built.options, built.bodies);
   for (const DeformationForecast& kind : built.forecasts)
     if (const std::string note = beyond_modes(kind); !note.empty()) built.notes.push_back(note);
+  std::set<const Archetype*> told;
+  for (const ReducedBody& body : built.bodies)
+    if (told.insert(body.archetype.get()).second)
+      if (const std::string note = beyond_pressure(body, built.options); !note.empty())
+        built.notes.push_back(note);
 }
 
 }  // namespace

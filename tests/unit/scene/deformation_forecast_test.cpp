@@ -7,6 +7,7 @@
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scene_builder.h"
 #include "scene_test_support.h"
+#include "tests/support/dry_body.h"
 
 namespace archetide {
 namespace {
@@ -88,6 +89,25 @@ TEST_F(Forecast, InACrowdTheyFallOnEachOther) {
   EXPECT_EQ(apart.on, FallsOn::kWater);
   EXPECT_GT(crowd.impact, apart.impact);
   EXPECT_EQ(scattered(1, "true").on, FallsOn::kWater);
+}
+
+// 1.2 m of water press with 11.8 kPa.
+TEST(BeyondPressure, SoftBodiesDeepUnderWaterAreNoted) {
+  SimulationOptions o;
+  o.grid = {8, 8, 16, 0.1, Vec3::Zero()};
+  o.has_water = true;
+  o.reference_point = Vec3(0, 0, 1.2);
+  auto shape = std::make_shared<Archetype>(tetrahedron_archetype("noodle"));
+  const auto note = [&](double young, int modes) {
+    shape->young = young;
+    return beyond_pressure(make_body(shape, modes), o);
+  };
+  expect_contains(note(5e4, shape->r()),
+                  "pressure: the water presses on noodle with up to 1.2e+04 Pa");
+  EXPECT_EQ(note(2e5, shape->r()), "");
+  EXPECT_EQ(note(5e4, 0), "");  // rigid
+  o.gravity.setZero();
+  EXPECT_EQ(note(5e4, shape->r()), "");
 }
 
 TEST(ForecastText, SaysWeightImpactAndLimit) {
