@@ -7,7 +7,6 @@
 #include <numeric>
 #include <sstream>
 
-#include "common/archetype/swelling.h"
 #include "common/base/input_error.h"
 #include "common/base/sha256.h"
 #include "common/files/make_word.h"
@@ -236,14 +235,10 @@ void take_modes(ModesResult&& modes, Archetype& a) {
   }
 }
 
-/// What the runtime needs for large deformation: nonlinear bodies have an energy, linear ones a
-/// correction of their shape.
+/// What the runtime needs for large deformation of nonlinear bodies: an energy.
 void describe_deformation(const MaterialField& materials, bool nonlinear, Archetype& a, Log& log,
                           Profile& profile) {
-  if (!nonlinear || a.r() == 0) {
-    a.swelling = second_order_swelling(a.surface, a.surface_modes);
-    return;
-  }
+  if (!nonlinear || a.r() == 0) return;
   const ScopedTimer timer(profile, "cubature");
   TrainedCubature trained = train_cubature(a.tets, materials, a.node_modes, a.K_r, {});
   const DeflectionError error =

@@ -194,7 +194,8 @@ TEST(JointedRods, JointsStayClosedForTenSeconds) {
 // Chains whose last link is a thousand times as heavy, let go bent, in vacuum: they snap tight within
 // a step. (Without a look at the joints' work [D62] five links had 4.3 times their energy after
 // 10 s.)
-void expect_chains_to_hold(const std::vector<std::size_t>& links, double end) {
+void expect_chains_to_hold(const std::vector<std::size_t>& links, double end,
+                           double most_drift = 1e-11, double most_change = 0.01) {
   for (const std::size_t n : links) {
     std::vector<double> angles(n);
     for (std::size_t k = 0; k < n; ++k)
@@ -212,14 +213,15 @@ void expect_chains_to_hold(const std::vector<std::size_t>& links, double end) {
         "%zu links, end 1:1000, %g s: gap %.1e of a link, energy off by %.1e of the largest "
         "kinetic\n",
         n, end, drift, most / kinetic);
-    EXPECT_LE(drift, 3e-9);  // 1e-4 is asked for; measured 7.7e-10 of 20 links, else 5e-13
-    // known miss of 0.01: measured 0.0114 of 5 links, 0.0051 of 20, 0.0032 of 100
-    EXPECT_LE(most, 0.02 * kinetic);
+    EXPECT_LE(drift, most_drift);  // 1e-4 is asked for
+    EXPECT_LE(most, most_change * kinetic);
   }
 }
 TEST(JointedRods, FiveLinksSnapTightWithoutGain) { expect_chains_to_hold({5}, 1.0); }
+// Known miss of 0.01 for the energy: measured 0.0114 of 5 links, 0.0051 of 20, 0.0032 of 100; gaps
+// 5e-13, of 20 links 7.7e-10.
 TEST(SlowJointedRods, ChainsWithAHeavyEndHoldForTenSeconds) {
-  expect_chains_to_hold({5, 20, 100}, 10.0);
+  expect_chains_to_hold({5, 20, 100}, 10.0, 3e-9, 0.02);
 }
 
 // Three points between rigid bodies, 9 rows of rank 6, against the six that they amount to.

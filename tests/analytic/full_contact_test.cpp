@@ -139,12 +139,16 @@ Simulation colliding_in_water(Kind kind, double friction, double aside = 0.0,
   return Simulation(o, water_to(o.grid, INFINITY), bodies, {});
 }
 
-// Measured 1.6e-13 m. In the middle of the tank, where vertices lie in planes of the grid, the last
-// digit decides between two sets of contacts, and they part by 1.3e-7 m.
+// Measured 1.6e-13 m aside. Known miss of 5e-9 m in the middle of the tank, where vertices lie in
+// planes of the grid: the last digit decides between two sets of contacts there; measured 1.3e-7 m.
 TEST(FullBodyContact, InWaterWithoutFrictionEqualsThatOfAllModes) {
-  Simulation modal = colliding_in_water(Kind::kModes, 0.0, 0.01),
-             nodal = colliding_in_water(Kind::kNodes, 0.0, 0.01);
-  EXPECT_LT(apart_after(60, 0.005, modal, nodal), 1e-8 * kSize);
+  const auto apart = [](double aside) {
+    Simulation modal = colliding_in_water(Kind::kModes, 0.0, aside),
+               nodal = colliding_in_water(Kind::kNodes, 0.0, aside);
+    return apart_after(60, 0.005, modal, nodal);
+  };
+  EXPECT_LT(apart(0.01), 1e-8 * kSize);
+  EXPECT_LT(apart(0.0), 8e-7 * kSize);
 }
 
 TEST(FullBodyContact, EqualsThatOfAllModesWithOtherSchemes) {
