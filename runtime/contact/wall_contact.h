@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "runtime/contact/constrained_mass.h"
 #include "runtime/contact/contact_impulses.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/grid/grid.h"
+#include "runtime/solid/reduced_body.h"
 
 namespace archetide {
 

@@ -59,7 +59,7 @@ std::vector<MatX> Coupling::wet_inverses(Stage stage, double h,
   return inverse;
 }
 
-// The coupled solve with bodies that touch each other or are jointed. Joints are rows of the solve;
+// The coupled solve with bodies that touch each other or walls, or are jointed. Joints are rows of the solve;
 // so are the contacts that press and stick: which ones do is found by the contact solver on bodies
 // with their added mass, and confirmed with the velocities of the solve.
 SolveReport Coupling::solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,

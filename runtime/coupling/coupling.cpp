@@ -1,5 +1,6 @@
 #include "runtime/coupling/coupling.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <Eigen/LU>
@@ -253,10 +254,14 @@ SolveReport Coupling::solve(Stage stage, double dt, const std::vector<StageBody>
                             GroupContacts* together, MacField& u, std::vector<CoupledBody>& coupled,
                             std::vector<StageResult>& results) {
   GroupContacts none;
-  const bool tied = together || !joints_.empty();
+  const bool at_walls = std::any_of(results.begin(), results.end(), [](const StageResult& body) {
+    return !body.contacts.points.empty();
+  });
   const SolveReport report =
-      tied ? solve_together(stage, dt, bodies, together ? *together : none, u, coupled, results)
-           : solve_held(stage, dt, bodies, u, coupled, results);
+      together || at_walls || !joints_.empty()
+          ? solve_together(stage, dt, bodies, together ? *together : none, u, coupled, results)
+          : solver_.solve(options_.grid, system_, stage_seconds(stage, dt), coupled, options_.solve,
+                          u, valid_, pressure_[stage == Stage::kVelocityFull]);
   if (wet()) {
     set_constraint_faces(coupled, u);
     collect_slip(coupled);

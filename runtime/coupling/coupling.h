@@ -200,13 +200,9 @@ class Coupling {
                         const std::vector<VecX>& hydrostatic);
   void collect_slip(const std::vector<CoupledBody>& coupled);
 
-  // The solve: bodies alone at their walls (wall_solve.cpp) or tied to each other
-  // (constrained_solve.cpp).
   SolveReport solve(Stage stage, double dt, const std::vector<StageBody>& bodies,
                     GroupContacts* together, MacField& u, std::vector<CoupledBody>& coupled,
                     std::vector<StageResult>& results);
-  SolveReport solve_held(Stage stage, double dt, const std::vector<StageBody>& bodies, MacField& u,
-                         std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
   std::vector<MatX> wet_inverses(Stage stage, double h, const std::vector<CoupledBody>& coupled,
                                  std::vector<VecX>& y) const;
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,

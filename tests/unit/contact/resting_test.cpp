@@ -33,15 +33,6 @@ struct Outcome {
   VecX y, impulse;
 };
 
-/// Held by the constrained mass, points that the load pulls off released.
-Outcome held(const ReducedBody& body, const FreeMotion& stage, const StageContacts& contacts) {
-  const MatX all = contact_rows(body, stage.terms, contacts.points);
-  const std::vector<int> pressing = pressing_rows(stage.H, all, stage.y_star, contacts.target);
-  const MatX rows = all(pressing, Eigen::all);
-  const ConstrainedMass mass(stage.H.inverse(), rows, contacts.target(pressing));
-  return {mass.project(stage.y_star), rows.transpose() * mass.impulses(stage.y_star)};
-}
-
 /// Unilateral, frictional contact.
 struct Rubbed {
   double friction;
@@ -79,79 +70,6 @@ double speed(const ReducedBody& body) {
   return generalised_velocity(body, t).norm();
 }
 
-TEST(ConstrainedMass, SolvesTheConstrainedProblemOfTheDenseSystem) {
-  const SyntheticBody synthetic = random_archetype(6, 4);
-  ReducedBody body = make_body(synthetic.archetype, 4);
-  const FreeMotion stage = free_motion(body, current_configuration(body), VecX::Zero(10), 0.01,
-                                       Stage::kVelocityFull, ModalOptions{});
-  std::vector<ContactPoint> points;
-  for (int v : {1, 12, 30}) points.push_back({v, Vec3::UnitZ(), 0.0});
-  const MatX C = contact_rows(body, stage.terms, points);
-  // [H Cᵀ; C 0] [y; −λ] = [f; 0]
-  MatX system = MatX::Zero(13, 13);
-  for (int c = 0; c < 10; ++c) system.col(c).head(10) = stage.H.apply(VecX::Unit(10, c));
-  system.topRightCorner(10, 3) = C.transpose();
-  system.bottomLeftCorner(3, 10) = C;
-  VecX right = VecX::Zero(13);
-  right.head(10) = VecX::LinSpaced(10, -1.0, 2.0);
-  const VecX expected = system.fullPivLu().solve(right).head(10);
-  const ConstrainedMass mass(stage.H.inverse(), C);
-  EXPECT_LE((mass.solve(right.head(10)) - expected).norm(), 1e-12 * expected.norm());
-  EXPECT_LE((C * mass.solve(right.head(10))).norm(), 1e-12 * expected.norm());
-}
-
-TEST(ConstrainedMass, TakesRedundantRowsAndIsSymmetric) {
-  const auto box = rigid_surface_archetype(box_surface(Vec3(0.4, 0.3, 0.2), 2), 700.0);
-  ReducedBody body = make_body(box, 0);
-  body.position = Vec3(0, 0, 0.1);
-  std::vector<Vec3> points;
-  surface_points(body, points);
-  const std::vector<ContactPoint> contacts = find_wall_contacts(points, wide_floor());
-  ASSERT_EQ(contacts.size(), 4u);  // rank 3
-  const ConfigurationTerms t =
-      configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  const GeneralisedMass H =
-      generalised_mass(body, t, 0.01, Stage::kVelocityFull, ModalStep::kTrapezoid);
-  const ConstrainedMass mass(H.inverse(), contact_rows(body, t, contacts));
-  MatX K(6, 6);
-  for (int c = 0; c < 6; ++c) K.col(c) = mass.solve(VecX::Unit(6, c));
-  EXPECT_LE((K - K.transpose()).norm(), 1e-14 * K.norm());
-  // left: sliding along x and y and turning about z
-  EXPECT_NEAR(K(0, 0), 1.0 / H.mass, 1e-14);
-  EXPECT_NEAR(K(5, 5), H.inertia_inverse(2, 2), 1e-12);
-  EXPECT_LE(K.middleRows(2, 3).norm(), 1e-12);
-  // the weight's impulse is shared by the four corners
-  VecX y = VecX::Zero(6);
-  y[2] = -kGravity * 0.01;
-  const VecX lambda = mass.impulses(y);
-  EXPECT_NEAR(lambda.sum(), H.mass * kGravity * 0.01, 1e-12);
-  EXPECT_NEAR(lambda.minCoeff(), lambda.maxCoeff(), 1e-12);
-}
-
-TEST(ConstrainedMass, ReleasesPointsThatTheLoadLifts) {
-  const auto box = rigid_surface_archetype(box_surface(Vec3(0.4, 0.3, 0.2), 2), 700.0);
-  ReducedBody body = make_body(box, 0);
-  body.position = Vec3(0, 0, 0.1);
-  std::vector<Vec3> points;
-  surface_points(body, points);
-  const std::vector<ContactPoint> contacts = find_wall_contacts(points, wide_floor());
-  const ConfigurationTerms t =
-      configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  const GeneralisedMass H =
-      generalised_mass(body, t, 0.01, Stage::kVelocityFull, ModalStep::kTrapezoid);
-  const MatX rows = contact_rows(body, t, contacts);
-  VecX y = VecX::Zero(6);
-  y[2] = -0.1;
-  EXPECT_EQ(pressing_rows(H, rows, y).size(), 4u);
-  y[2] = 0.1;
-  EXPECT_TRUE(pressing_rows(H, rows, y).empty());
-  // tipping over the edge at +x: the two corners at -x lift off
-  y << 0, 0, -0.1, 0, 2.0, 0;
-  const std::vector<int> pressing = pressing_rows(H, rows, y);
-  ASSERT_EQ(pressing.size(), 2u);
-  for (int k : pressing) EXPECT_GT(box->surface.vertices[contacts[k].vertex].x(), 0.0);
-}
-
 TEST(Resting, RigidBoxIsAtRestForAThousandSteps) {
   const auto box = rigid_surface_archetype(box_surface(Vec3(0.4, 0.3, 0.2), 2), 700.0);
   ReducedBody body = make_body(box, 0);
@@ -160,7 +78,7 @@ TEST(Resting, RigidBoxIsAtRestForAThousandSteps) {
   const Vec3 start = body.position;
   std::vector<ContactPoint> resting;
   const VecX force = weight(body, Vec3(0, 0, -kGravity));
-  for (int i = 0; i < 1000; ++i) resting = step(body, force, 0.01, wide_floor(), held);
+  for (int i = 0; i < 1000; ++i) resting = step(body, force, 0.01, wide_floor(), Rubbed{0.0});
   // the first position stage knows no contact yet: it falls g dt²/2 and is pushed out. Measured
   // below 1e-14
   EXPECT_EQ(resting.size(), 4u);
@@ -180,9 +98,9 @@ TEST(Resting, SoftBodySettlesAndIsThenAtRest) {
   body.position = Vec3(0, 0, 0.1);
   std::vector<ContactPoint> resting;
   const VecX force = weight(body, Vec3(0, 0, -kGravity));
-  for (int i = 0; i < 1000; ++i) step(body, force, 0.005, wide_floor(), held);
+  for (int i = 0; i < 1000; ++i) step(body, force, 0.005, wide_floor(), Rubbed{0.0});
   const ReducedBody settled = body;
-  for (int i = 0; i < 1000; ++i) resting = step(body, force, 0.005, wide_floor(), held);
+  for (int i = 0; i < 1000; ++i) resting = step(body, force, 0.005, wide_floor(), Rubbed{0.0});
   EXPECT_GE(resting.size(), 3u);
   EXPECT_GT(body.q.norm(), 1e-4);  // it does sag
   EXPECT_LE(speed(body), 1e-10);
