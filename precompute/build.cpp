@@ -315,7 +315,7 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   {
     const ScopedTimer timer(profile, "ladder");
     a.ladder = surface_ladder(a);
-    derive_swelling(a);
+    derive_shapes(a);
   }
   if (recipe.keep_tets) a.matrices = keep_matrices(a.tets, materials, mass, a.nonlinear());
   a.density = a.integrals.mass / a.volume;

@@ -500,12 +500,13 @@ std::string write_archetype(const std::string& path, const Archetype& a) {
   return content_hash;
 }
 
-void derive_swelling(Archetype& a) {
+void derive_shapes(Archetype& a) {
+  a.linear = linear_shape(a.surface, a.surface_modes);
+  for (SurfaceRung& rung : a.ladder) rung.linear = linear_shape(rung.surface, rung.modes);
+  if (!a.nonlinear() || a.ladder.empty()) return;
   const Swelling own = second_order_swelling(a.surface, a.surface_modes);
-  if (!a.nonlinear()) a.swelling = own;
   for (SurfaceRung& rung : a.ladder) {
     rung.swelling = second_order_swelling(rung.surface, rung.modes);
-    if (!a.nonlinear()) continue;
     rung.swelling.volume -= own.volume;
     for (int k = 0; k < 3; ++k) rung.swelling.centroid[k] -= own.centroid[k];
   }
@@ -539,7 +540,7 @@ Archetype read_archetype(const std::string& path, Part part) {
   } catch (const AssertionError& wrong) {
     file.fail(wrong.what());
   }
-  derive_swelling(a);
+  derive_shapes(a);
   return a;
 }
 

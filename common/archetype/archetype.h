@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/archetype/elastic_cubature.h"
+#include "common/archetype/linear_shape.h"
 #include "common/archetype/surface_rung.h"
-#include "common/archetype/swelling.h"
 #include "common/archetype/tet_matrices.h"
 #include "common/base/types.h"
 #include "common/mesh/grid_sdf.h"
@@ -90,7 +90,7 @@ struct Archetype {
                                // (mesh refinement; positive: too high), or empty: not estimated
   MatX surface_modes;          // 3 ns x r, m per unit q; row 3 v + axis
   std::vector<SurfaceRung> ladder;  // coarser surfaces for the water, finest first; may be empty
-  Swelling swelling;                // second_order_swelling() of these; derived, not stored
+  LinearShape linear;               // linear_shape() of these; derived, not stored
   MatX node_modes;                  // 3 n x r (empty when read with Part::kRuntime)
   TetMatrices matrices;  // kept on request (keep = "tets"); empty when read with Part::kRuntime
   MatX M_r, K_r;         // r x r, reduced mass (kg) and stiffness (N/m)
@@ -115,8 +115,8 @@ void validate(const Archetype& a);
 /// MachineError.
 std::string write_archetype(const std::string& path, const Archetype& a);
 
-/// The swelling of the modes on each surface, from these [D81].
-void derive_swelling(Archetype& a);
+/// What the shape correction of each surface needs, from these [D81].
+void derive_shapes(Archetype& a);
 
 /// Throws FileError: missing, not HDF5, not ours, other version, truncated, hash mismatch.
 /// `kRuntime` leaves out tets, node modes and their matrices (and then the hash covers what the file

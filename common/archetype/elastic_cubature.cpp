@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/archetype/elastic_volume.h"
 #include "common/base/check.h"
 
 namespace archetide {
@@ -65,9 +66,11 @@ ElasticCubature::ElasticCubature(MatX g, VecX w, VecX l, VecX m)
   }
 }
 
+namespace {
+
 // F = 1 + Σ q_i ∇φ_i of every pose: 9 P x k.
-MatX ElasticCubature::deformation(const Eigen::Ref<const MatX>& q) const {
-  const Eigen::Index P = points();
+MatX deformation(const MatX& gradients, const Eigen::Ref<const MatX>& q) {
+  const Eigen::Index P = gradients.rows() / 9;
   MatX F(9 * P, q.cols());
   for (Eigen::Index k = 0; k < q.cols(); ++k)
     F.col(k).noalias() = gradients.leftCols(q.rows()) * q.col(k);
@@ -75,9 +78,53 @@ MatX ElasticCubature::deformation(const Eigen::Ref<const MatX>& q) const {
   return F;
 }
 
+// Of an energy Σ w h(J) by the J of every point, times w.
+struct VolumetricLaw {
+  double slope, curvature;
+};
+
+// K += Σ w (h''(J) (Gᵀ c)(Gᵀ c)ᵀ + h'(J) Gᵀ (dc/dF) G), c = cof F, the lower half. law(p, J): w h', w h''.
+template <class Law>
+void add_volumetric_stiffness(const MatX& gradients, const VecX& q, const Law& law, MatX& K) {
+  constexpr Eigen::Index kChunk = 256;
+  const Eigen::Index P = gradients.rows() / 9, r = q.size();
+  const MatX F = deformation(gradients, q);
+  for (Eigen::Index begin = 0; begin < P; begin += kChunk) {
+    const Eigen::Index n = std::min(kChunk, P - begin);
+    MatX change(9 * n, r);  // w d(h' c) of every vector
+    std::array<std::array<double, kChunk>, 9> f, c;
+    std::array<double, kChunk> slope, curvature;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Entries at = entries(F.data(), begin + i, P), cof = cofactor(at);
+      const VolumetricLaw h = law(begin + i, determinant(at, cof));
+      slope[i] = h.slope, curvature[i] = h.curvature;
+      for (int e = 0; e < 9; ++e) f[e][i] = at[e], c[e][i] = cof[e];
+    }
+    for (Eigen::Index j = 0; j < r; ++j) {
+      const double* g0 = gradients.col(j).data() + begin;
+      double* out = change.col(j).data();
+#pragma omp simd
+      for (Eigen::Index i = 0; i < n; ++i) {
+        Entries at, g;
+        for (int e = 0; e < 9; ++e) at[e] = f[e][i], g[e] = g0[e * P + i];
+        const Entries turned = cofactor_change(at, g);
+        double along = 0.0;
+        for (int e = 0; e < 9; ++e) along += c[e][i] * g[e];
+        for (int e = 0; e < 9; ++e)
+          out[e * n + i] = curvature[i] * along * c[e][i] + slope[i] * turned[e];
+      }
+    }
+    for (int e = 0; e < 9; ++e)
+      K.triangularView<Eigen::Lower>() +=
+          gradients.block(e * P + begin, 0, n, r).transpose() * change.middleRows(e * n, n);
+  }
+}
+
+}  // namespace
+
 double ElasticCubature::energy(const VecX& q) const {
   const Eigen::Index P = points();
-  const MatX F = deformation(q);
+  const MatX F = deformation(gradients, q);
   double sum = 0.0;
   for (Eigen::Index p = 0; p < P; ++p) {
     const Entries f = entries(F.data(), p, P);
@@ -92,7 +139,7 @@ double ElasticCubature::energy(const VecX& q) const {
 // w P(F) of every pose, P(F) = μ F + h'(J) cof F: 9 P x k.
 MatX ElasticCubature::stresses(const MatX& q) const {
   const Eigen::Index P = points();
-  MatX F = deformation(q);
+  MatX F = deformation(gradients, q);
   for (Eigen::Index k = 0; k < F.cols(); ++k) {
     double* stress = F.data() + k * F.rows();
 #pragma omp simd
@@ -127,48 +174,39 @@ MatX ElasticCubature::force_of_points(const VecX& q) const {
   return f;
 }
 
-// Σ w (μ Gᵀ G + h''(J) (Gᵀ c)(Gᵀ c)ᵀ + h'(J) Gᵀ (dc/dF) G), c = cof F
+// Σ w μ Gᵀ G, and what the volumetric part adds.
 MatX ElasticCubature::stiffness(const VecX& q) const {
-  constexpr Eigen::Index kChunk = 256;
-  const Eigen::Index P = points(), r = q.size();
-  const MatX F = deformation(q);
-  MatX K = shear_.topLeftCorner(r, r);
-  for (Eigen::Index begin = 0; begin < P; begin += kChunk) {
-    const Eigen::Index n = std::min(kChunk, P - begin);
-    MatX change(9 * n, r);  // w d(h' c) of every vector
-    std::array<std::array<double, kChunk>, 9> f, c;
-    std::array<double, kChunk> slope, curvature;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Entries at = entries(F.data(), begin + i, P), cof = cofactor(at);
-      const double J = determinant(at, cof);
-      const auto h = NeoHookean::volumetric(lambda[begin + i], mu[begin + i], J);
-      slope[i] = weights[begin + i] * h.slope, curvature[i] = weights[begin + i] * h.curvature;
-      for (int e = 0; e < 9; ++e) f[e][i] = at[e], c[e][i] = cof[e];
-    }
-    for (Eigen::Index j = 0; j < r; ++j) {
-      const double* g0 = gradients.col(j).data() + begin;
-      double* out = change.col(j).data();
-#pragma omp simd
-      for (Eigen::Index i = 0; i < n; ++i) {
-        Entries at, g;
-        for (int e = 0; e < 9; ++e) at[e] = f[e][i], g[e] = g0[e * P + i];
-        const Entries turned = cofactor_change(at, g);
-        double along = 0.0;
-        for (int e = 0; e < 9; ++e) along += c[e][i] * g[e];
-        for (int e = 0; e < 9; ++e)
-          out[e * n + i] = curvature[i] * along * c[e][i] + slope[i] * turned[e];
-      }
-    }
-    for (int e = 0; e < 9; ++e)
-      K.triangularView<Eigen::Lower>() +=
-          gradients.block(e * P + begin, 0, n, r).transpose() * change.middleRows(e * n, n);
+  MatX K = shear_.topLeftCorner(q.size(), q.size());
+  const auto law = [&](Eigen::Index p, double J) -> VolumetricLaw {
+    const auto h = NeoHookean::volumetric(lambda[p], mu[p], J);
+    return {weights[p] * h.slope, weights[p] * h.curvature};
+  };
+  add_volumetric_stiffness(gradients, q, law, K);
+  return K.selfadjointView<Eigen::Lower>();
+}
+
+ElasticVolume elastic_volume(const ElasticCubature& elastic, const VecX& q) {
+  const Eigen::Index P = elastic.points();
+  VecX F = deformation(elastic.gradients, q);
+  double sum = 0.0;
+  for (Eigen::Index p = 0; p < P; ++p) {
+    const Entries f = entries(F.data(), p, P), cof = cofactor(f);
+    sum += elastic.weights[p] * determinant(f, cof);
+    for (int e = 0; e < 9; ++e) F[e * P + p] = elastic.weights[p] * cof[e];
   }
+  return {sum, elastic.gradients.leftCols(q.size()).transpose() * F};
+}
+
+MatX elastic_volume_curvature(const ElasticCubature& elastic, const VecX& q) {
+  MatX K = MatX::Zero(q.size(), q.size());
+  const auto law = [&](Eigen::Index p, double) { return VolumetricLaw{elastic.weights[p], 0.0}; };
+  add_volumetric_stiffness(elastic.gradients, q, law, K);
   return K.selfadjointView<Eigen::Lower>();
 }
 
 VecX ElasticCubature::volumes(const VecX& q) const {
   const Eigen::Index P = points();
-  const MatX F = deformation(q);
+  const MatX F = deformation(gradients, q);
   VecX J(P);
   for (Eigen::Index p = 0; p < P; ++p) {
     const Entries f = entries(F.data(), p, P);

@@ -55,7 +55,6 @@ class ElasticCubature {
   VecX weights, lambda, mu;
 
  private:
-  MatX deformation(const Eigen::Ref<const MatX>& q) const;
   MatX stresses(const MatX& q) const;
 
   MatX shear_;  // r x r, sum w mu grad^T grad: the part of the stiffness that no pose changes

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/archetype/linear_shape.h"
 #include "common/archetype/swelling.h"
 #include "common/base/types.h"
 #include "common/mesh/tri_mesh.h"
@@ -16,9 +17,9 @@ struct SurfaceRung {
   TriMesh surface;         // n, nf: closed, outward, in the frame of the body's own surface, m
   MatX modes = MatX();     // 3 n x r, m per unit q; row 3 v + axis
   double deviation = 0.0;  // m, root mean square of its distance from the body's own surface
-  /// Of these modes on this surface; of nonlinear ones what it is more than on the body's own, which
-  /// their elastic energy resists. Derived, not stored.
-  Swelling swelling = {};
+  // Derived, not stored:
+  LinearShape linear = {};  // of these modes on this surface
+  Swelling swelling = {};   // of nonlinear modes, what is more than on the body's own surface [D81]
 };
 
 /// Mean length of the edges, were the triangles equilateral, m.

@@ -80,8 +80,8 @@ AttachedPoint attach(const ReducedBody& body, const Vec3& rest) {
 // where the body is not deformed), the rest place then exactly.
 AttachedPoint attach_at(const ReducedBody& body, const Vec3& place) {
   constexpr int kTurns = 5;
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  const Vec3 here = (body.rotation.conjugate() * (place - body.position) - shape.shift) / shape.s;
+  const auto shape = shape_correction(body, body.q);
+  const Vec3 here = (body.rotation.conjugate() * (place - body.position) - shape->shift) / shape->s;
   AttachedPoint point = attach(body, here);
   for (int turn = 0; turn < kTurns && !body.q.isZero(0.0); ++turn)
     point = attach(body, rest_of(body, point, here));

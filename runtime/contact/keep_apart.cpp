@@ -12,21 +12,31 @@ struct Closer {
 };
 Closer closer(const std::vector<ReducedBody>& bodies, const GroupContacts& met,
               const std::vector<VecX>& q, const BodyContact& c) {
-  const auto along = [&](int b, const Vec3& apart, const auto& modes, const auto& shares) {
+  // `displacement`: of the rest place x, of a shape
+  const auto along = [&](int b, const Vec3& apart, const Vec3& x, const auto& displacement) {
     if (b < 0 || q[b].size() == 0) return 0.0;
-    const VecX change = q[b] - bodies[b].q;
-    return -apart.dot(bodies[b].rotation * (bodies[b].nodes
-                                                ? displacement_of(bodies[b], shares(), change)
-                                                : Vec3(modes() * change)));
+    const ReducedBody& body = bodies[b];
+    const auto place = [&](const VecX& shape_q) -> Vec3 {
+      const auto shape = shape_correction(body, shape_q);
+      return shape->s * (x + displacement(shape_q)) + shape->shift;
+    };
+    return -apart.dot(body.rotation * (place(q[b]) - place(body.q)));
   };
-  return {
-      along(
-          c.a, c.normal, [&] { return modes_at_sample(*met.shapes[c.a], c.sample, bodies[c.a].r); },
-          [&] { return shares_of_sample(*met.shapes[c.a], c.sample); }),
-      along(
-          c.b, -c.normal,
-          [&] { return modes_at_rest_place(*met.shapes[c.b], c.rest_b, bodies[c.b].r); },
-          [&] { return shares_at_rest_place(*met.shapes[c.b], c.rest_b); })};
+  const auto of_sample = [&](const VecX& shape_q) -> Vec3 {
+    const ReducedBody& body = bodies[c.a];
+    if (body.nodes)
+      return displacement_of(body, shares_of_sample(*met.shapes[c.a], c.sample), shape_q);
+    return modes_at_sample(*met.shapes[c.a], c.sample, body.r) * shape_q;
+  };
+  const auto of_rest_place = [&](const VecX& shape_q) -> Vec3 {
+    const ReducedBody& body = bodies[c.b];
+    if (body.nodes)
+      return displacement_of(body, shares_at_rest_place(*met.shapes[c.b], c.rest_b), shape_q);
+    return modes_at_rest_place(*met.shapes[c.b], c.rest_b, body.r) * shape_q;
+  };
+  const ContactShape& a = *met.shapes[c.a];
+  return {along(c.a, c.normal, rest_place(a.surface(), a.samples[c.sample]), of_sample),
+          along(c.b, -c.normal, c.rest_b, of_rest_place)};
 }
 
 // Per body, the share of its change that no point forbids.

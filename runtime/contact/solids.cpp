@@ -81,9 +81,9 @@ DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
       gives_way_(body.r > kFewModes) {
   ARCHETIDE_CHECK(body.rung == shape.rung);
   ARCHETIDE_CHECK((body.nodes != nullptr) == !shape.lattice.shares.empty());
-  const ShapeCorrection shape_now = shape_correction(body, body.q);
-  scale_ = shape_now.s;
-  middle_ = centre_ + R_ * shape_now.shift;
+  const auto shape_now = shape_correction(body, body.q);
+  scale_ = shape_now->s;
+  middle_ = centre_ + R_ * shape_now->shift;
   std::vector<Vec3> points;
   wet_points(body, points);
   samples_.reserve(shape.samples.size());

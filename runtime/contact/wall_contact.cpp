@@ -236,8 +236,8 @@ double farthest_displacement(const ReducedBody& body, const BodyReach& reach) {
 }  // namespace
 
 double farthest_point(const ReducedBody& body, const BodyReach& reach) {
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  return shape.s * (reach.rest + farthest_displacement(body, reach)) + shape.shift.norm();
+  const auto shape = shape_correction(body, body.q);
+  return shape->s * (reach.rest + farthest_displacement(body, reach)) + shape->shift.norm();
 }
 
 bool away_from_walls(const ReducedBody& body, const BodyReach& reach,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/axial.h"
+#include "common/mesh/tri_mesh.h"
 #include "runtime/solid/nodal_space.h"
 
 namespace archetide {
@@ -12,15 +13,19 @@ namespace {
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// R φ_i − (I⁻¹ D_i) × arm of every vertex, 3 n x r (Eq. S3 without the shape correction, which
-// nonlinear bodies do not have).
+// B of every vertex, 3 n x r (Eq. S3).
 Rows modes_in_world(const BodySurface& s) {
   const MatX& modes = wet_modes(*s.body);
   const int r = s.body->r;
+  const ShapeCorrection& shape = s.terms.shape;
+  const MatX shift = s.R * shape.shift_rate;
   Rows U = modes.leftCols(r);
   for (std::size_t v = 0; v < s.points.size(); ++v) {
+    const Vec3 arm = s.points[v] - s.centre;
     auto u = U.middleRows<3>(3 * static_cast<Eigen::Index>(v));
-    u = (s.R * u + skew(s.points[v] - s.centre) * s.terms.spin_of_modes).eval();
+    u = (shape.s * s.R * u + shift + arm * shape.slope.transpose() +
+         skew(arm) * s.terms.spin_of_modes)
+            .eval();
   }
   return U;
 }
@@ -95,7 +100,26 @@ void for_each_pressed(const BodySurface& s, const std::vector<Still>& still, con
   }
 }
 
-HydrostaticStiffness stiffness_of_modes(const BodySurface& s, const std::vector<Still>& still) {
+// Force and virial of what presses on the surface: sum f, N, and sum f . arm, N m.
+struct Pressed {
+  Vec3 force = Vec3::Zero();
+  double virial = 0.0;
+};
+
+Pressed pressed(const BodySurface& s, const std::vector<Still>& still) {
+  Pressed sum;
+  for_each_pressed(s, still, [&](const Vec3i& t, const TriangleChange& change) {
+    for (int a = 0; a < 3; ++a) {
+      const Vec3 f = -change.weight[a] * change.N;
+      sum.force += f, sum.virial += f.dot(s.points[t[a]] - s.centre);
+    }
+  });
+  return sum;
+}
+
+// `still`: what the mean pressure leaves; `force`: of all of it, N.
+HydrostaticStiffness stiffness_of_modes(const BodySurface& s, const std::vector<Still>& still,
+                                        double mean, const Vec3& force) {
   const int r = s.body->r;
   const auto count = static_cast<Eigen::Index>(s.points.size());
   const Rows U = modes_in_world(s);
@@ -111,7 +135,12 @@ HydrostaticStiffness stiffness_of_modes(const BodySurface& s, const std::vector<
     }
     change.add(r, u, of_p, to_normal, to_pressure);
   });
-  const MatX of_normals = U.transpose() * on_normal;
+  MatX of_normals = U.transpose() * on_normal;
+  of_normals += mean * volume_curvature(*s.body);
+  if (s.body->rung)  // −F d'', as d goes with −qᵀ C q (S2a)
+    for (int k = 0; k < 3; ++k)
+      of_normals +=
+          2.0 * s.R.col(k).dot(force) * s.body->rung->swelling.centroid[k].topLeftCorner(r, r);
   const MatX whole = of_normals + U.transpose() * on_pressure;
   return {MatX(0.5 * (whole + whole.transpose())), of_normals};
 }
@@ -128,8 +157,14 @@ class OfNodes {
 
   static constexpr int kDofs = 9;  // of the corners of a triangle
   using Square = Eigen::Matrix<double, kDofs, kDofs, Eigen::RowMajor>;
-  void add(const Vec3i& t, const Square& Q) {
+  // Of a load that the frame's turns do not change, as a uniform pressure: the nodes alone.
+  void add_without_turn(const Vec3i& t, const Square& Q) {
     const Square own = turn_.transpose() * Q * turn_;
+    for (int i = 0; i < kDofs; ++i)
+      for (int j = 0; j < kDofs; ++j) near_.emplace_back(dof(t, i), dof(t, j), own(i, j));
+  }
+  void add(const Vec3i& t, const Square& Q) {
+    add_without_turn(t, Q);
     Eigen::Matrix<double, kDofs, 3> B;
     for (int a = 0; a < 3; ++a) B.middleRows<3>(3 * a) = skew(s_.points[t[a]] - s_.centre);
     const Eigen::Matrix<double, kDofs, 3> V = turn_.transpose() * Q * B,
@@ -138,7 +173,6 @@ class OfNodes {
     for (int i = 0; i < kDofs; ++i) {
       const int row = dof(t, i);
       out_.V.row(row) += V.row(i), out_.V_of_rows.row(row) += V_of_rows.row(i);
-      for (int j = 0; j < kDofs; ++j) near_.emplace_back(row, dof(t, j), own(i, j));
     }
   }
   LoadStiffness take() {
@@ -159,33 +193,51 @@ class OfNodes {
   std::vector<Eigen::Triplet<double>> near_;
 };
 
-HydrostaticStiffness stiffness_of_nodes(const BodySurface& s, const std::vector<Still>& still) {
+HydrostaticStiffness stiffness_of_nodes(const BodySurface& s, const std::vector<Still>& still,
+                                        double mean) {
   using Square = OfNodes::Square;
   const Square one = Square::Identity();
   OfNodes whole(s), of_normals(s);
-  for_each_pressed(s, still, [&](const Vec3i& t, const TriangleChange& change) {
-    Square on_normal = Square::Zero(), on_pressure = Square::Zero(), dp = Square::Zero();
+  const auto add = [&](const TriangleChange& change, const Square& dp, Square& on_normal,
+                       Square& on_pressure) {
     const double *u[3], *of_p[3];
     double *to_normal[3], *to_pressure[3];
     for (int a = 0; a < 3; ++a) {
-      dp.block<1, 3>(a, 3 * a) = still[t[a]].slope.transpose();
       u[a] = &one(3 * a, 0), of_p[a] = &dp(a, 0);
       to_normal[a] = &on_normal(3 * a, 0), to_pressure[a] = &on_pressure(3 * a, 0);
     }
     change.add(OfNodes::kDofs, u, of_p, to_normal, to_pressure);
+  };
+  for_each_pressed(s, still, [&](const Vec3i& t, const TriangleChange& change) {
+    Square on_normal = Square::Zero(), on_pressure = Square::Zero(), dp = Square::Zero();
+    for (int a = 0; a < 3; ++a) dp.block<1, 3>(a, 3 * a) = still[t[a]].slope.transpose();
+    add(change, dp, on_normal, on_pressure);
     on_pressure += on_normal;
     whole.add(t, 0.5 * (on_pressure + on_pressure.transpose()));
     of_normals.add(t, on_normal);
+
+    const Vec3 x[3] = {s.points[t[0]], s.points[t[1]], s.points[t[2]]};
+    const Still everywhere[3] = {{mean}, {mean}, {mean}};
+    Square of_mean = Square::Zero(), none = Square::Zero();
+    add(TriangleChange(x, everywhere), Square::Zero(), of_mean, none);
+    whole.add_without_turn(t, 0.5 * (of_mean + of_mean.transpose()));
+    of_normals.add_without_turn(t, of_mean);
   });
   return {whole.take(), of_normals.take()};
 }
 
 }  // namespace
 
+// The mean pressure (that whose virial is that of all) works on the volume, whose second derivatives
+// are known as the strain tells it; the rest works on the triangles.
 HydrostaticStiffness hydrostatic_stiffness(const Grid& g, const BodySurface& s,
                                            const PressureSystem& water) {
-  const std::vector<Still> still = still_pressures(g, s, water);
-  return s.body->nodes ? stiffness_of_nodes(s, still) : stiffness_of_modes(s, still);
+  std::vector<Still> still = still_pressures(g, s, water);
+  const Pressed load = pressed(s, still);
+  const double mean = -load.virial / (3.0 * enclosed_volume({s.points, wet_triangles(*s.body)}));
+  for (Still& at : still) at.p -= mean;
+  return s.body->nodes ? stiffness_of_nodes(s, still, mean)
+                       : stiffness_of_modes(s, still, mean, load.force);
 }
 
 }  // namespace archetide

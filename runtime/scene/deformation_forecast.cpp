@@ -105,21 +105,26 @@ std::string beyond_modes(const DeformationForecast& f) {
 }
 
 std::string beyond_pressure(const ReducedBody& body, const SimulationOptions& options) {
-  // An arm of 16 times its thickness whips from 0.08 to 0.15 on with linear modes, from 0.15 to 0.37
-  // on with nonlinear ones; stout bodies bear more.
-  constexpr double kLinear = 0.12, kNonlinear = 0.25;
+  constexpr double kNoted = 0.1;  // of the volume, in water at the lowest place of the tank
+  // An arm of 16 times its thickness with nonlinear modes whips from 0.15 to 0.37 on.
+  constexpr double kWhips = 0.25;
   const Archetype& a = *body.archetype;
   if (body.r == 0 || a.young <= 0.0 || !options.has_water) return "";
   const Vec3 low = options.grid.low(), high = options.grid.high();
   const Vec3 lowest = (options.gravity.array() > 0.0).select(high, low);
   const double pressure =
       options.water_density * options.gravity.dot(lowest - options.reference_point);
-  if (pressure <= (body.is_nonlinear() ? kNonlinear : kLinear) * a.young) return "";
+  const double bulk = a.young / (3.0 * (1.0 - 2.0 * a.poisson));
+  const double pressed = 1.0 - std::exp(-pressure / bulk);
+  const bool whips = body.is_nonlinear() && pressure > kWhips * a.young;
+  if (pressed <= kNoted && !whips) return "";
   char figures[64];
   std::snprintf(figures, sizeof figures, "%.2g Pa, Young's modulus is %.2g Pa", pressure, a.young);
-  return "pressure: the water presses on " + a.name + " with up to " + figures +
-         ": slender parts may whip through still water; take a stiffer material, less water above "
-         "it, or for bodies as dense as the water no gravity";
+  return "pressure: the water presses on " + a.name + " with up to " + figures + ": it loses " +
+         percent(pressed) + " of its volume and gets as much denser" +
+         (whips ? ", and slender parts may whip through still water" : "") +
+         "; take a stiffer material, a Poisson's ratio nearer to 0.5, less water above it, or for "
+         "bodies as dense as the water no gravity";
 }
 
 }  // namespace archetide

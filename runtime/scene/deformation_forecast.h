@@ -41,8 +41,8 @@ std::string forecast_text(const DeformationForecast& forecast);
 /// What to know, and to do, when linear modes cannot tell; else empty.
 std::string beyond_modes(const DeformationForecast& forecast);
 
-/// The same where the water at the lowest place of the tank presses on a body with more than a part
-/// of its Young's modulus: slender ones whip through still water then [D81].
+/// The same where the water at the lowest place of the tank presses a body together by more than a
+/// tenth of its volume, or makes slender ones of nonlinear modes whip through still water [D82].
 std::string beyond_pressure(const ReducedBody& body, const SimulationOptions& options);
 
 }  // namespace archetide

@@ -12,28 +12,6 @@ Configuration current_configuration(const ReducedBody& body) {
   return {body.rotation, body.q, body.q_dot, Vec3::Zero()};
 }
 
-ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q) {
-  if (body.nodes) return nodal_shape_correction(*body.nodes, q);
-  const Swelling& swelling = body.rung ? body.rung->swelling : body.archetype->swelling;
-  const int r = body.r;
-  ShapeCorrection out{1.0, VecX::Zero(r), Vec3::Zero(), MatX::Zero(3, r)};
-  if (r == 0 || swelling.volume.size() == 0) return out;
-  const VecX Eq = swelling.volume.topLeftCorner(r, r) * q;
-  const double e = q.dot(Eq);
-  out.s = std::cbrt(e > 0.0 ? 1.0 / (1.0 + e) : 1.0 - e);
-  out.slope = -2.0 / 3.0 / (1.0 + std::abs(e)) * Eq;
-  // d = -c w with c_k = q^T C_k q and w = 1 / sqrt(1 + e^2)
-  const double w = 1.0 / std::sqrt(1.0 + e * e);
-  for (int k = 0; k < 3; ++k) {
-    const VecX Cq = swelling.centroid[k].topLeftCorner(r, r) * q;
-    const double c = q.dot(Cq);
-    out.shift[k] = -w * c;
-    out.shift_rate.row(k) = -2.0 * w * Cq + 2.0 * e * w * w * w * c * Eq;
-  }
-  out.shift_rate -= out.shift * out.slope.transpose();
-  return out;
-}
-
 Moments deformed_moments(const ReducedBody& body, const VecX& q) {
   if (body.nodes) return nodal_moments(body, q);
   const MomentumIntegrals& rest = body.archetype->integrals;
@@ -84,7 +62,7 @@ ConfigurationTerms configuration_terms(const ReducedBody& body, const Configurat
   t.spin_of_modes = t.inertia_inverse * t.D;
 
   t.exact_mass = mass == ModalMass::kExact;
-  t.shape = shape_correction(body, c.q);
+  t.shape = *shape_correction(body, c.q);
   if (body.nodes) return t;
   // Eq. 21: the modes without rigid motion have the mass M_q = Bᵀ M B = M_r − Dᵀ I⁻¹ D
   t.M_q = body.mass_scale * body.archetype->M_r.topLeftCorner(body.r, body.r);

@@ -18,8 +18,8 @@ Vec3 displacement_of(const ReducedBody& body, const VertexShares& moved, const V
 }
 
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const VertexShares& moved) {
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  return body.rotation * (shape.s * (rest + displacement_of(body, moved)) + shape.shift);
+  const auto shape = shape_correction(body, body.q);
+  return body.rotation * (shape->s * (rest + displacement_of(body, moved)) + shape->shift);
 }
 
 NodalRows::NodalRows(const ReducedBody& body, const ConfigurationTerms& terms)

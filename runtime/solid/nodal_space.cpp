@@ -49,9 +49,10 @@ NodalSpace::NodalSpace(std::shared_ptr<const Archetype> archetype)
   mode_moments_.resize(rest_.size(), a.r());
   for (int k = 0; k < a.r(); ++k) mode_moments_.col(k) = product(1.0, 0.0, a.node_modes.col(k));
   if (a.r() > 0) mode_moments_ = (mode_moments_ * a.M_r.inverse()).eval();
-  if (a.r() == 0 || a.swelling.volume.size() > 0)
-    swelling_ = std::make_unique<SurfaceSwelling>(a.surface);
-  if (!a.nonlinear()) return;
+  if (!a.nonlinear()) {
+    if (a.r() == 0 || !a.linear.empty()) linear_shape_ = archetide::linear_shape(a.surface);
+    return;
+  }
   elasticity_ = std::make_unique<TetElasticity>(a.tets, a.matrices.lambda, a.matrices.mu);
   places_ = elasticity_->places_in(a.matrices);
 }

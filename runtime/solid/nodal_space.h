@@ -45,9 +45,10 @@ class NodalSpace {
   MatX from_seen_force(const MatX& f) const;
   const MatX& mode_moments() const { return mode_moments_; }  // M modes M_r^-1, 3 n x r
 
-  VecX at_surface(const VecX& u) const;                                // 3 ns
-  VecX from_surface(const VecX& f) const;                              // its transpose, 3 n
-  const SurfaceSwelling* swelling() const { return swelling_.get(); }  // null: not corrected
+  VecX at_surface(const VecX& u) const;    // 3 ns
+  VecX from_surface(const VecX& f) const;  // its transpose, 3 n
+  /// Of displacements of the surface's vertices; empty: the shape is not corrected.
+  const LinearShape& linear_shape() const { return linear_shape_; }
 
   /// (a M + b K) u, K at rest.
   VecX product(double a, double b, const VecX& u) const;
@@ -93,7 +94,7 @@ class NodalSpace {
   MatX rigid_;           // J_0, 3 n x 6
   MatX rigid_momentum_;  // M J_0 (J_0^T M J_0)^-1, 3 n x 6
   MatX mode_moments_;
-  std::unique_ptr<SurfaceSwelling> swelling_;
+  LinearShape linear_shape_;
   std::unique_ptr<TetElasticity> elasticity_;  // of a nonlinear archetype
   std::vector<int> places_;                    // of its blocks
   std::shared_ptr<const FactorPattern> pattern_;

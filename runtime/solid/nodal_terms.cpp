@@ -28,26 +28,6 @@ MatX nodal_levers(const NodalSpace& nodes, const Mat3& R, const VecX& Y) {
   return nodes.from_mass(D).transpose();
 }
 
-ShapeCorrection nodal_shape_correction(const NodalSpace& nodes, const VecX& u) {
-  ShapeCorrection out{1.0, VecX::Zero(u.size()), Vec3::Zero(), MatX::Zero(3, u.size())};
-  if (!nodes.swelling() || u.isZero(0.0)) return out;
-  const VecX u_s = nodes.at_surface(u);
-  const SurfaceSwelling::Products second = *nodes.swelling() * u_s;
-  const double e = u_s.dot(second.volume);
-  out.s = std::cbrt(e > 0.0 ? 1.0 / (1.0 + e) : 1.0 - e);
-  out.slope = nodes.from_surface(-2.0 / 3.0 / (1.0 + std::abs(e)) * second.volume);
-  const double w = 1.0 / std::sqrt(1.0 + e * e);
-  for (int k = 0; k < 3; ++k) {
-    const double c = u_s.dot(second.centroid[k]);
-    out.shift[k] = -w * c;
-    out.shift_rate.row(k) =
-        nodes.from_surface(-2.0 * w * second.centroid[k] + 2.0 * e * w * w * w * c * second.volume)
-            .transpose();
-  }
-  out.shift_rate -= out.shift * out.slope.transpose();
-  return out;
-}
-
 // Eqs. 5 and 7 node by node: −([w]² Y_p + 2 [w] (M u̇)_p), and their torque taken out by Bᵀ.
 VecX nodal_fictitious_force(const ReducedBody& body, const Configuration& at,
                             const ConfigurationTerms& terms) {

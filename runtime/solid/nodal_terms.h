@@ -16,8 +16,6 @@ Vec3 nodal_angular_momentum(const NodalSpace& nodes, const VecX& Y, const VecX& 
 /// D = R [Y_p] node by node, of the same u_dot, 3 x 3 n.
 MatX nodal_levers(const NodalSpace& nodes, const Mat3& R, const VecX& Y);
 
-ShapeCorrection nodal_shape_correction(const NodalSpace& nodes, const VecX& u);
-
 VecX nodal_fictitious_force(const ReducedBody& body, const Configuration& at,
                             const ConfigurationTerms& terms);
 

@@ -8,6 +8,7 @@
 
 #include "common/archetype/archetype.h"
 #include "runtime/solid/contact_material.h"
+#include "runtime/solid/shape_correction.h"
 
 namespace archetide {
 
@@ -47,6 +48,7 @@ struct ReducedBody {
   // Of its archetype, the surface that water and contacts meet; null: the body's own.
   const SurfaceRung* rung = nullptr;
   std::optional<ContactMaterial> contact = std::nullopt;  // absent: that of the scene
+  KeptShapes kept_shapes = {};
 
   int dofs() const { return 6 + r; }
   /// Deforms by the archetype's elastic energy: not a rigid one.
@@ -92,20 +94,6 @@ VecX seen_amplitudes(const ReducedBody& body);
 
 /// Where the body is now.
 Configuration current_configuration(const ReducedBody& body);
-
-/// Linear modes swell a body at second order, and water that is pressed aside pushes back: a soft
-/// body deep under water would stand as if stiff, or ride up and down its own swelling. The shape
-/// that water, contact and camera see is therefore y = s(q) (x + S q) + d(q) about the centre of
-/// mass, with s^3 = 1 / (1 + e) (e > 0) or 1 - e, e = q^T E q, and d_k = -q^T C_k q / sqrt(1 +
-/// e^2), of Archetype::swelling: volume and centroid are those of the linear strain to third order,
-/// so a pressure that is linear in space works on it as it does on the strain, and nothing beyond.
-struct ShapeCorrection {
-  double s = 1.0;
-  VecX slope;                 // r, d ln s / dq
-  Vec3 shift = Vec3::Zero();  // d, body frame, m
-  MatX shift_rate;            // 3 x r, dd/dq - d (d ln s/dq), m: what the arm y does not tell
-};
-ShapeCorrection shape_correction(const ReducedBody& body, const VecX& q);
 
 /// Second moments of the deformed shape y = x + S q in the body frame, O(r^2); mass_scale included.
 struct Moments {

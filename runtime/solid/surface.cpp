@@ -13,9 +13,9 @@ Vec3 moment_arm(const ReducedBody& body, int v) {
 /// origin + R (s (x + u) + d).
 void moved_places(const ReducedBody& body, const std::vector<Vec3>& rest, const VecX& u,
                   const Vec3& origin, std::vector<Vec3>& places) {
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  const Mat3 R = body.rotation.toRotationMatrix(), sR = shape.s * R;
-  const Vec3 middle = origin + R * shape.shift;
+  const auto shape = shape_correction(body, body.q);
+  const Mat3 R = body.rotation.toRotationMatrix(), sR = shape->s * R;
+  const Vec3 middle = origin + R * shape->shift;
   places.resize(rest.size());
   for (std::size_t k = 0; k < places.size(); ++k)
     places[k] = middle + sR * (rest[k] + u.segment<3>(3 * static_cast<long>(k)));
@@ -46,8 +46,8 @@ void deformed_places(const ReducedBody& body, const std::vector<Vec3>& rest, con
 }
 
 Vec3 deformed_arm(const ReducedBody& body, const Vec3& rest, const MatX& phi) {
-  const ShapeCorrection shape = shape_correction(body, body.q);
-  return body.rotation * (shape.s * (rest + phi * body.q) + shape.shift);
+  const auto shape = shape_correction(body, body.q);
+  return body.rotation * (shape->s * (rest + phi * body.q) + shape->shift);
 }
 
 void surface_places(const ReducedBody& body, const Vec3& origin, std::vector<Vec3>& places) {

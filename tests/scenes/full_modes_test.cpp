@@ -168,7 +168,7 @@ TEST_F(FullModes, NodesMoveAsTheyDo) {
 // while they press and resumed.
 TEST_F(FullModes, NodesAreTouchedAndJointedAsAllModes) {
   ASSERT_EQ(build("bar", "\"full\"", 1, "keep = \"tets\"\n"), 0) << err();
-  const std::string longer = " --set time.end=0.4";
+  const std::string longer = " --set time.end=0.5";
   const auto body = [](const char* name, const char* place, const char* modes) {
     return std::string("[[body]]\nname = \"") + name +
            "\"\narchetype = \"bar\"\nposition = " + place + "\nmodes = " + modes + "\n";
@@ -190,7 +190,7 @@ TEST_F(FullModes, NodesAreTouchedAndJointedAsAllModes) {
   EXPECT_GT(contacts, 10.0);
   EXPECT_LT(drift, 1e-11);
   const std::string table = read_whole_file(folder_ + "out/bodies.csv");
-  ASSERT_EQ(simulate("bar", "nodes", longer + " --resume 3", others), 0) << err();
+  ASSERT_EQ(simulate("bar", "nodes", longer + " --resume 4", others), 0) << err();
   EXPECT_EQ(read_whole_file(folder_ + "out/bodies.csv"), table);
 }
 

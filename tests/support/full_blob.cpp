@@ -53,7 +53,7 @@ FullBlob::FullBlob(int stored, bool corrected) {
 }
 
 std::shared_ptr<const FullBlob> nonlinear_blob(int stored) {
-  auto blob = std::make_shared<FullBlob>(stored, false);
+  auto blob = std::make_shared<FullBlob>(stored);
   Archetype& a = *blob->archetype;
   const auto tets = static_cast<Eigen::Index>(a.tets.tets.size());
   a.matrices.lambda = VecX::Constant(tets, 2e4 * 0.4 / (1.4 * 0.2));

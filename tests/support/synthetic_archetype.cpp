@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "common/archetype/swelling.h"
 #include "common/base/check.h"
 
 namespace archetide {
@@ -163,7 +162,7 @@ SyntheticBody deformable_archetype(const TetMesh& tets, double density, const Ma
   a.surface_modes.resize(3 * static_cast<long>(a.surface.vertices.size()), r);
   for (std::size_t v = 0; v < a.surface.vertices.size(); ++v)
     a.surface_modes.middleRows<3>(3 * v) = a.node_modes.middleRows<3>(3 * a.surface_to_node[v]);
-  a.swelling = second_order_swelling(a.surface, a.surface_modes);
+  derive_shapes(a);
 
   a.omega2 = omega.cwiseAbs2();
   a.is_static.assign(static_cast<std::size_t>(r), 0);
@@ -175,7 +174,7 @@ SyntheticBody deformable_archetype(const TetMesh& tets, double density, const Ma
 }
 
 SyntheticBody linear_alone(SyntheticBody body) {
-  body.archetype->swelling = {};
+  body.archetype->linear = {};
   return body;
 }
 

@@ -98,12 +98,14 @@ TEST(BeyondPressure, SoftBodiesDeepUnderWaterAreNoted) {
   o.has_water = true;
   o.reference_point = Vec3(0, 0, 1.2);
   auto shape = std::make_shared<Archetype>(tetrahedron_archetype("noodle"));
+  shape->poisson = 0.4;  // bulk modulus: 1.67 times Young's
   const auto note = [&](double young, int modes) {
     shape->young = young;
     return beyond_pressure(make_body(shape, modes), o);
   };
   expect_contains(note(5e4, shape->r()),
-                  "pressure: the water presses on noodle with up to 1.2e+04 Pa");
+                  "pressure: the water presses on noodle with up to 1.2e+04 Pa, Young's modulus is "
+                  "5e+04 Pa: it loses 13 % of its volume");
   EXPECT_EQ(note(2e5, shape->r()), "");
   EXPECT_EQ(note(5e4, 0), "");  // rigid
   o.gravity.setZero();

@@ -95,23 +95,6 @@ TEST(BlockCholesky, ComplianceIsThatOfWholeSolutions) {
   EXPECT_EQ(got, MatX(got.transpose()));
 }
 
-TEST(SurfaceSwelling, IsThatOfTheModesForAnyDisplacement) {
-  const FullBlob blob;
-  const SurfaceSwelling swelling(blob.archetype->surface);
-  std::srand(2);
-  const VecX q = VecX::Random(blob.archetype->r());
-  const VecX u = blob.archetype->surface_modes * q;
-  const SurfaceSwelling::Products product = swelling * u;
-  const auto expect_equal = [&](const VecX& nodal, const MatX& modal) {
-    const VecX wanted = modal * q;
-    EXPECT_LT((blob.archetype->surface_modes.transpose() * nodal - wanted).norm(),
-              1e-13 * modal.norm() * q.norm());
-  };
-  expect_equal(product.volume, blob.archetype->swelling.volume);
-  for (int k = 0; k < 3; ++k)
-    expect_equal(product.centroid[k], blob.archetype->swelling.centroid[k]);
-}
-
 TEST(FullBody, ConfigurationIsThatOfAllModes) {
   const Twins t = twins(FullBlob());
   const auto terms = [](const ReducedBody& body) {
@@ -125,6 +108,8 @@ TEST(FullBody, ConfigurationIsThatOfAllModes) {
   EXPECT_LT((modal.D - nodal.D * S).norm(), 1e-12 * modal.D.norm());
   EXPECT_LT((modal.shape.slope - S.transpose() * nodal.shape.slope).norm(),
             1e-12 * modal.shape.slope.norm());
+  EXPECT_LT((modal.shape.shift_rate - nodal.shape.shift_rate * S).norm(),
+            1e-12 * modal.shape.shift_rate.norm());
   EXPECT_NEAR(kinetic_energy(t.with_modes), kinetic_energy(t.with_nodes),
               1e-12 * kinetic_energy(t.with_modes));
   EXPECT_NEAR(elastic_energy(t.with_modes), elastic_energy(t.with_nodes),
