@@ -32,8 +32,9 @@ double elastic_energy(const ReducedBody& body, const VecX& q) {
 }
 
 std::size_t instance_bytes(const ReducedBody& body) {
-  const auto numbers =
-      body.q.size() + body.q_dot.size() + body.dofs() + (body.is_nonlinear() ? body.r : 0);
+  constexpr int kKeptShapes = 2;  // KeptShapes: q, slope and shift_rate each
+  const auto numbers = body.q.size() + body.q_dot.size() + body.dofs() +
+                       (body.is_nonlinear() ? body.r : 0) + kKeptShapes * 5 * body.r;
   return sizeof(ReducedBody) + sizeof(double) * numbers;
 }
 
