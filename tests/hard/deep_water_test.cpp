@@ -46,6 +46,42 @@ TEST(DeepWater, TakesTheEnergyOfASoftBody) {
   expect_at_most("energy against that of the start", most / start, 1.0);
 }
 
+/// The largest energy of a limp bar, of that which it starts with, and the fastest water, m/s: it is let
+/// go bent, 1.6 m deep (16 kPa; Young's modulus is about 1e4 Pa), for 0.3 s.
+struct Pressed {
+  double energy = 0.0, speed = 0.0;
+};
+Pressed pressed(const SyntheticBody& shape) {
+  SimulationOptions o;
+  o.grid = {16, 16, 40, 1.0 / 20.0, Vec3::Zero()};
+  o.has_water = true;
+  o.open_side[kZMax] = true;
+  ReducedBody bar = make_body(shape.archetype, 3);
+  bar.position = Vec3(0.4, 0.4, 0.3);
+  bar.rotation = Quat(Eigen::AngleAxisd(0.9, Vec3(1.0, 0.3, 0.2).normalized()));
+  bar.q[0] = 0.1;
+  const double start = elastic_energy(bar);
+  Simulation s(o, water_to(o.grid, 1.9), {bar}, {});
+  Pressed most;
+  run_to(s, 0.3, 0.01, [&](const StepReport& r) {
+    most.energy = std::max(most.energy, (r.body_kinetic + r.body_elastic) / start);
+    most.speed = std::max(most.speed, r.max_speed);
+  });
+  return most;
+}
+
+// A surface that encloses what the strain tells gives a pressure nothing to work on but the volume and
+// the centroid, however far it bends [D82]: what is left is the load of the difference of the pressures
+// along the bar, which does not grow with the bend. As the modes are drawn the bar is blown straight.
+// Measured: 1.32, 0.94 m/s; as drawn 10.6, 3.4 m/s.
+TEST(DeepWater, PressureDoesNotDriveALimpBody) {
+  const Pressed bar = pressed(limp_bar()), drawn = pressed(linear_alone(limp_bar()));
+  expect_at_most("energy under 1.6 times Young's modulus, of the start", bar.energy, 2.0);
+  expect_at_most("fastest water, m/s", bar.speed, 1.5);
+  std::printf("as drawn: %.3g of the energy, %.3g m/s\n", drawn.energy, drawn.speed);
+  EXPECT_GT(drawn.energy, 5.0);
+}
+
 /// A tank full to these open sides, with a ball as dense as the water that is given this speed: what is
 /// left after `seconds` of the kinetic energy of the first step, the largest it was on the way, and
 /// the largest volume that has left or come in, of all water.
