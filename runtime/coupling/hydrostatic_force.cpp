@@ -124,9 +124,10 @@ std::vector<Mat3> forces_on_some(const Grid& g, const WetSurface& s,
     for_each_piece(g, corners.x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       if (!in_grid(cell)) {
         const Vec3& level = loads == Loads::kStill ? hydro.reference : free.level;
-        if (is_water_beyond(g, free.water_beyond, cell))
-          add_polygon(
-              piece, [&](const Vec3& w) { return rho_g.dot(read_at(w) - level); }, triangle);
+        const auto depth = [&](const Vec3& w) {  // above the level is air
+          return std::max(rho_g.dot(read_at(w) - level), 0.0);
+        };
+        if (is_water_beyond(g, free.water_beyond, cell)) add_polygon(piece, depth, triangle);
         return;
       }
       const bool unknown = kind(cell[0], cell[1], cell[2]) == CellKind::kUnknown;

@@ -145,5 +145,25 @@ TEST(DeepWater, ABallLeavesThroughASideAsItCame) {
   expect_at_most("change of its velocity", (velocity_of(now) - start).norm() / start.norm(), 0.15);
 }
 
+// Above the level of such water is air: what leaves through the top falls. (While the depth went on
+// there with the other sign a ball of a thousandth of the water's density left at 550 m/s.) It has at
+// most the work of buoyancy on its way.
+TEST(DeepWater, ALightBallLeavesThroughTheTopAndFalls) {
+  SimulationOptions o = unit_tank(12);
+  o.open_side[kZMax] = true;
+  ReducedBody ball = rigid_ball(0.2, 50.0, Vec3(0.5, 0.5, 0.5));
+  Simulation s(o, water_to(o.grid, 2.0), {ball}, {});
+  double fastest = 0.0, highest = 0.0, last = 0.0;
+  run_to(s, 1.5, 0.04, [&](const StepReport&) {
+    const ReducedBody& now = s.bodies()[0];
+    fastest = std::max(fastest, velocity_of(now).norm());
+    highest = std::max(highest, now.position[2]);
+    last = now.position[2];
+  });
+  EXPECT_GT(highest, 1.0);
+  EXPECT_LT(last, highest);
+  expect_at_most("fastest ball, m/s", fastest, std::sqrt(2.0 * 9.81 * (1.0 / 0.05 - 1.0) * 0.5));
+}
+
 }  // namespace
 }  // namespace archetide
