@@ -9,6 +9,8 @@
 namespace archetide {
 namespace {
 
+// Of the first solve where contacts may press: it only has to tell which ones do.
+constexpr double kTrialTolerance = 1e-2;
 constexpr double kExact = 1e-6;  // tolerance of solves from which on contacts are exact as well
 /// Cells a step that contacts may give way.
 double may_give(double tolerance) { return std::clamp(1e3 * tolerance, 1e3 * kExact, 1e-2); }

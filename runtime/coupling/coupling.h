@@ -208,8 +208,6 @@ class Coupling {
   SolveReport solve_together(Stage stage, double dt, const std::vector<StageBody>& bodies,
                              GroupContacts& contacts, MacField& u,
                              std::vector<CoupledBody>& coupled, std::vector<StageResult>& results);
-  // Of the first solve where contacts may press: it only has to tell which ones do.
-  static constexpr double kTrialTolerance = 1e-2;
   void set_constraint_faces(const std::vector<CoupledBody>& coupled, MacField& u);
 
   CouplingOptions options_;

@@ -4,12 +4,6 @@
 
 namespace archetide {
 
-std::shared_ptr<const NodalBody> NodalBody::held(const MatX& X, const MatX& G) const {
-  NodalInverse inverse = inverse_;
-  inverse.take(X, G);
-  return std::make_shared<const NodalBody>(surface_, std::move(inverse));
-}
-
 std::shared_ptr<const NodalBody> NodalBody::with_rows(
     std::shared_ptr<const RowAnswers> rows) const {
   auto body = std::make_shared<NodalBody>(*this);

@@ -26,8 +26,6 @@ class NodalBody {
   bool meets_water() const { return surface_ != nullptr; }
   const NodalSurface& surface() const { return *surface_; }
   const NodalInverse& inverse() const { return inverse_; }
-  /// The same body with X G X^T less of its inverse mass, X (6 + 3 n) x k: what walls hold.
-  std::shared_ptr<const NodalBody> held(const MatX& X, const MatX& G) const;
   /// The same body with its answers to some rows of contacts and joints, those that a
   /// ConstrainedInverse holds.
   std::shared_ptr<const NodalBody> with_rows(std::shared_ptr<const RowAnswers> rows) const;

@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "common/base/check.h"
 #include "runtime/solid/nodal_space.h"
 #include "runtime/solid/nodal_terms.h"

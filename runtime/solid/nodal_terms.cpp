@@ -1,7 +1,5 @@
 #include "runtime/solid/nodal_terms.h"
 
-#include <cmath>
-
 #include "runtime/solid/rotation.h"
 
 namespace archetide {
