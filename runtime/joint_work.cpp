@@ -36,7 +36,12 @@ bool joints_drive(const SimulationState& s, const std::vector<JointedStart>& sta
     const VecX mean = 0.5 * (start.y + velocities[b].y);
     for (const VecX* impulse : {&reaction[b], &velocities[b].joint_reaction})
       if (impulse->size() > 0) work += impulse->dot(mean);
-    energy += kinetic_energy(body) + body_mass(body) * s.options.gravity.norm() * s.reach[b].rest;
+    const VecX& push = velocities[b].water_impulse;
+    const bool wet = push.size() > 0 && !push.isZero(0.0);
+    const double mass = body_mass(body),
+                 moved = mass + (wet ? s.options.water_density * body.archetype->volume : 0.0);
+    energy +=
+        moved / mass * kinetic_energy(body) + moved * s.options.gravity.norm() * s.reach[b].rest;
   }
   return std::abs(work) > kMostWork * energy;
 }

@@ -113,14 +113,15 @@ double rates_to_linearise_about(const std::vector<StageResult>& results, double 
 // out.
 bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
                      GroupContacts& reachable, std::vector<StageResult>& results,
-                     StepReport& report) {
+                     StepAttempt& attempt) {
+  StepReport& report = attempt.report;
   constexpr int kMostSolves = 4;
   constexpr double kLess = 0.7;  // of the rest before
   const auto couple = [&] {
     report.position.add(s.coupling.couple(Stage::kPositionHalf, dt, s.water.surface_as_it_stands(),
                                           stage, s.water.half_velocity(), results,
                                           if_together(s, reachable), s.water.narrow_flow()));
-    return report.position.converged;
+    return report.position.converged || attempt.refuse(Refusal::kNotConverged);
   };
   const auto couple_again = [&] {
     s.water.restore_half();
@@ -137,7 +138,7 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
     rest = rates_to_linearise_about(results, dt, stage);
   }
   if (!(rest <= kMostRest)) {
-    if (may_halve(s.options, report, kMostForEnergy)) return false;
+    if (may_halve(s.options, report, kMostForEnergy)) return attempt.refuse(Refusal::kNotLinear);
     for (StageBody& body : stage) body.at.linear_about.resize(0);
     if (solves > 1 && !couple_again()) return false;
   }
@@ -163,12 +164,14 @@ bool close_joints(SimulationState& s, const std::vector<FreeMotion>& motions,
   constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
   const double size = smallest_jointed(s);
   const PreStabilised kept =
-      pre_stabilise(s.joints, s.bodies, motions, stopped, dt, kClosed * size, y);
-  for (std::size_t b = 0; b < s.bodies.size(); ++b)
-    if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
-  if (kept.drift <= kGood * size) return true;
+      pre_stabilise(s.joints, s.bodies, motions, stopped, dt, kClosed * size, kGood * size, y);
+  if (kept.closed) {
+    for (std::size_t b = 0; b < s.bodies.size(); ++b)
+      if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
+    return true;
+  }
   attempt.open_joint = kept.widest, attempt.open_gap = kept.drift;
-  return false;
+  return attempt.refuse(Refusal::kJointOpen);
 }
 
 // Jointed bodies that were stopped keep the shape that they have: a joint of several points cannot
@@ -263,7 +266,7 @@ std::optional<HalfStep> advance_positions(SimulationState& s, double dt, StepAtt
   s.water.advect_to_half(dt);  // Eq. 22
   std::vector<StageBody> stage = bodies_of_stage(s, dt);
   std::vector<StageResult> results;
-  if (!solve_half_step(s, dt, stage, half.reachable, results, attempt.report)) return std::nullopt;
+  if (!solve_half_step(s, dt, stage, half.reachable, results, attempt)) return std::nullopt;
   if (s.body_contacts) {
     timer.hand_over("contact", s.coupling.contact_seconds());
     s.body_contacts->memory.position = half.reachable.forces;

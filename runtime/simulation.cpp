@@ -22,16 +22,17 @@ bool step_with_two_solves(SimulationState& s, const std::vector<ReducedBody>& be
   // Positions: u* = A(u^n) (Eq. 22), v^{n+1/2} from Eq. 45 with joints (Eq. 49) over dt/2, and
   // x^{n+1} = x^n + dt v^{n+1/2}, joints closed (Section 7).
   std::optional<HalfStep> half = advance_positions(s, dt, attempt);
-  if (!half || broken_body(s.bodies) >= 0) return false;
+  if (!half) return false;
+  if (broken_body(s.bodies) >= 0) return attempt.refuse(Refusal::kNotFinite);
 
   // Contact: x^{n+1} and v^n -> v^n without collisions [GBF03].
-  if (!resolve_contact(s, dt, *half, attempt.report)) return false;
+  if (!resolve_contact(s, dt, *half, attempt.report)) return attempt.refuse(Refusal::kSank);
 
   // Velocities: the surface moves with u^{n+1/2}, u* = A(u^n) (Eq. 22), v^{n+1} from Eq. 45 with
   // joints (Eq. 49) over dt; the actuators' f (Section 7) is that of the middle of the step.
   const std::vector<VecX> drive =
       modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, half->middle, s.options.modal.mass);
-  return advance_velocities(s, before, dt, *half, drive, attempt.report);
+  return advance_velocities(s, before, dt, *half, drive, attempt);
 }
 
 // At the end of a step: modes that were held before an element turned inside out stop [D33].
@@ -101,15 +102,18 @@ StepReport Simulation::step(double dt) {
   demand_finite(s.bodies, s.water.fluid(), before);
   if (s.step_count == 0) meet_at_start(s, dt);
   remember_start();
+  std::vector<Refusal> refused;
   for (int halvings = 0;; ++halvings, dt *= 0.5) {
     StepAttempt attempt;
     attempt.report.halvings = halvings;
     if (attempt_step(s, start_->bodies, dt, attempt)) {
+      attempt.report.refused = std::move(refused);
       finish_step(s, dt, attempt.report);
       return attempt.report;
     }
     if (s.options.on_fail == OnFail::kStop || halvings == kMaxHalvings)
       throw step_failure(s, dt, attempt);
+    refused.push_back(attempt.refusal);
     return_to_start();
   }
 }

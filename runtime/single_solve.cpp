@@ -69,7 +69,7 @@ bool step_with_one_solve(SimulationState& s, double dt, StepAttempt& attempt) {
   resolve_contact(s, dt, half, attempt.report);
   const std::vector<VecX> drive =
       modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, half.middle, s.options.modal.mass);
-  if (!advance_velocities(s, start, dt, half, drive, attempt.report)) return false;
+  if (!advance_velocities(s, start, dt, half, drive, attempt)) return false;
   s.last_solved = s.bodies;
   correct_positions(s, dt, start, drive);
   return true;

@@ -8,10 +8,23 @@
 
 namespace archetide {
 
+/// Why an attempt at a step was given up.
+enum class Refusal {
+  kNone,
+  kNotConverged,  // a coupled solve
+  kNotLinear,     // forces of nonlinear bodies are far from what the step has them linear about
+  kJointOpen,     // and cannot be closed
+  kJointWork,     // joints gave or took energy [D62]
+  kSank,          // bodies came deeper into each other
+  kThrown,        // bodies took more energy than there was to take [D63]
+  kNotFinite      // a body
+};
+
 /// What one step did: a row of stats.csv.
 struct StepReport {
   double t = 0.0, dt = 0.0, cfl = 0.0;  // time at the end, s; step, s; largest speed * dt / dx
   int halvings = 0;
+  std::vector<Refusal> refused;    // why, one for each halving
   SolveReport position, velocity;  // the two coupled solves (position is empty for Scheme::kSingle)
   double divergence = 0.0;         // max |div u| over water cells after the velocity solve, 1/s
   double water_volume = 0.0;       // m^3
@@ -48,8 +61,15 @@ struct StepReport {
 /// What one attempt at a step has found out, also where it failed.
 struct StepAttempt {
   StepReport report;
+  Refusal refusal = Refusal::kNone;
   int open_joint = -1;    // that could not be closed (Section 7), or -1 ..
   double open_gap = 0.0;  // .. and how far it stays open, m
+
+  /// Gives it up: false.
+  bool refuse(Refusal why) {
+    refusal = why;
+    return false;
+  }
 };
 
 struct SimulationState;

@@ -129,14 +129,15 @@ EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResu
 // other rates [D70]. False if it does not converge, or these forces make too much in the end.
 bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stage,
                      GroupContacts& touching, std::vector<StageResult>& results,
-                     StepReport& report) {
+                     StepAttempt& attempt) {
+  StepReport& report = attempt.report;
   constexpr int kMostSolves = 4;
   constexpr double kLess = 0.7;  // of the share before
   const auto couple = [&] {
     report.velocity.add(s.coupling.couple(
         Stage::kVelocityFull, dt, s.water.surface_now(dt), stage, s.water.full_velocity(), results,
         if_together(s, touching), s.water.narrow_flow(), &s.water.held()));
-    return report.velocity.converged;
+    return report.velocity.converged || attempt.refuse(Refusal::kNotConverged);
   };
   const auto couple_again = [&] {
     s.water.restore_full();
@@ -163,7 +164,7 @@ bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stag
   const bool halve = may_halve(s.options, report, kMostForEnergy);
   if (!halve && solves == 1) return true;
   s.coupling.forget_guess();
-  if (halve) return false;
+  if (halve) return attempt.refuse(Refusal::kNotLinear);
   for (StageBody& body : stage) body.at.linear_about.resize(0);
   return couple_again();
 }
@@ -209,7 +210,8 @@ void meet_at_start(SimulationState& s, double dt) {
 }
 
 bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
-                        HalfStep& half, const std::vector<VecX>& drive, StepReport& report) {
+                        HalfStep& half, const std::vector<VecX>& drive, StepAttempt& attempt) {
+  StepReport& report = attempt.report;
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     stage.push_back({&s.bodies[b], half.middle[b], half.read_points[b], false, half.held[b],
@@ -217,10 +219,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   move_water(s, dt, stage);
   ScopedTimer timer(s.profile, "velocities");
   std::vector<StageResult> results;
-  if (!solve_full_step(s, dt, stage, half.touching, results, report)) return false;
+  if (!solve_full_step(s, dt, stage, half.touching, results, attempt)) return false;
   if (may_halve(s.options, report, kMostForEnergy) &&
       joints_drive(s, half.start, half.reaction, results))
-    return false;
+    return attempt.refuse(Refusal::kJointWork);
   double work = 0.0, lost = 0.0;
   std::vector<VecX> bent(s.bodies.size());  // q^{n+1} of nonlinear bodies
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
@@ -233,9 +235,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
       lost += energy_lost(s, before[b], body, stage[b].at, results[b], drive[b], bent[b], dt);
     accept(results[b], body);
   }
-  if (!bend(half, lost, bent, s) && may_halve(s.options, report, kMostForOverlap)) return false;
+  if (!bend(half, lost, bent, s) && may_halve(s.options, report, kMostForOverlap))
+    return attempt.refuse(Refusal::kSank);
   if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
-    return false;
+    return attempt.refuse(Refusal::kThrown);
 
   // From here on the step is taken.
   if (s.body_contacts) {

@@ -10,7 +10,7 @@ namespace archetide {
 /// False if it does not converge, or if joints or bodies gain energy from nothing [D62, D63]: bodies
 /// and surface are then in the middle of the step, and u^n is kept.
 bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
-                        HalfStep& half, const std::vector<VecX>& drive, StepReport& report);
+                        HalfStep& half, const std::vector<VecX>& drive, StepAttempt& attempt);
 
 /// Before the first step: the velocities that the scene gave, as they are once water, bodies, joints
 /// and walls have met (Eqs. 45, 49 with h -> 0): water that is given a speed towards a body or a

@@ -56,6 +56,22 @@ RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<Fr
   return nodes;
 }
 
+/// Of the jointed bodies as they move with y in the stage, J.
+double energy_of(const ConstrainedInverse& held, const std::vector<FreeMotion>& motions,
+                 const std::vector<VecX>& y) {
+  double energy = 0.0;
+  for (const int b : held.bodies()) energy += 0.5 * y[b].dot(motions[b].H.apply(y[b]));
+  return energy;
+}
+
+/// That the impulses would give these bodies at rest, J.
+double energy_taken(const ConstrainedInverse& held, const std::vector<VecX>& impulse,
+                    const std::vector<VecX>& before, const std::vector<VecX>& y) {
+  double energy = 0.0;
+  for (const int b : held.bodies()) energy += 0.5 * impulse[b].dot(y[b] - before[b]);
+  return energy;
+}
+
 int widest_joint(const std::vector<Joint>& joints, const std::vector<ReducedBody>& bodies) {
   int widest = -1;
   double most = -1.0;
@@ -72,8 +88,9 @@ int widest_joint(const std::vector<Joint>& joints, const std::vector<ReducedBody
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,
-                            double dt, double tolerance, std::vector<VecX>& y) {
+                            double dt, double tolerance, double acceptable, std::vector<VecX>& y) {
   constexpr int kMaxTurns = 60, kDepth = 8;
+  constexpr double kMostEnergy = 1.0;  // of the bodies'
   PreStabilised out;
   std::vector<const ReducedBody*> at;
   std::vector<const ConfigurationTerms*> terms;
@@ -100,14 +117,21 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
   out.impulse.resize(bodies.size());
   for (const int b : held.bodies()) out.impulse[b] = VecX::Zero(bodies[b].dofs());
   std::vector<MatX> answers(bodies.size());  // of bodies of nodes, once a turn needs them
+  const std::vector<VecX> before = y;
+  const double energy = energy_of(held, motions, y);
+  double first = 0.0;  // m, the drift before any turn
   Anderson faster(kDepth);
   VecX lambda;
   for (;; ++out.turns) {
     const std::vector<ReducedBody> moved = advanced(bodies, motions, held, y, dt);
     out.drift = joint_drift(joints, moved);
-    out.converged = out.drift <= tolerance;
+    out.converged = out.drift <= tolerance, out.closed = out.drift <= acceptable;
     if (out.converged) return out;
-    if (out.turns == kMaxTurns || !std::isfinite(out.drift)) {
+    if (out.turns == 0) first = out.drift;
+    const bool throws =
+        out.drift > first && !(energy_taken(held, out.impulse, before, y) <= kMostEnergy * energy);
+    if (throws || out.turns == kMaxTurns || !std::isfinite(out.drift)) {
+      if (!out.closed) y = before;
       out.widest = widest_joint(joints, moved);
       return out;
     }

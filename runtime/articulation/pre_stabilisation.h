@@ -11,7 +11,8 @@ struct PreStabilised {
   double drift = 0.0;         // m, that is left ..
   int widest = -1;            // .. and in which joint
   int turns = 0;
-  bool converged = false;
+  bool converged = false;  // below `tolerance`
+  bool closed = false;     // below `acceptable`
 };
 
 /// [WTF06]: impulses along the joints' rows at x^n that close the joints at the end of the position
@@ -22,10 +23,12 @@ struct PreStabilised {
 /// in y, and take no impulse on their modes.
 ///
 /// Newton's method with a_33 at x^n for the derivative, lambda -= a_33^+ gap / dt, accelerated
-/// (Anderson), until the largest gap is below `tolerance` (m).
+/// (Anderson), until the largest gap is below `tolerance` (m). Given up where joints are
+/// opened further by impulses of more energy than the bodies move with: what closes them then is
+/// another shape far away, not the next one [D84]. Where more than `acceptable` (m) is left `y` stays as it was.
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,
-                            double dt, double tolerance, std::vector<VecX>& y);
+                            double dt, double tolerance, double acceptable, std::vector<VecX>& y);
 
 }  // namespace archetide

@@ -147,7 +147,35 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
   return lines;
 }
 
-std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile) {
+namespace {
+
+// What a step was halved for, as the log and docs/scenes.md call it.
+const char* reason_text(Refusal why) {
+  switch (why) {
+    case Refusal::kNotConverged:
+      return "solve not converged";
+    case Refusal::kNotLinear:
+      return "nonlinear forces";
+    case Refusal::kJointOpen:
+      return "open joint";
+    case Refusal::kJointWork:
+      return "work of joints";
+    case Refusal::kSank:
+      return "overlap";
+    case Refusal::kThrown:
+      return "energy of bodies";
+    case Refusal::kNotFinite:
+      return "not finite";
+    case Refusal::kNone:
+      break;
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile,
+                                       const std::map<Refusal, int>& refused) {
   std::vector<std::string> lines = {
       fmt::format("ended at t {} s after {} ({} CPU), {} steps, {} frames, peak memory {}",
                   number_text(m.time), duration_text(m.wall_seconds), duration_text(m.cpu_seconds),
@@ -157,6 +185,10 @@ std::vector<std::string> summary_lines(const Manifest& m, const Profile& profile
   lines.push_back(fmt::format("worst volume drift {}, step halvings {}, worst iteration count {}",
                               scientific_text(m.worst_volume_drift), m.halvings,
                               m.worst_iterations));
+  std::string reasons;
+  for (const auto& [why, times] : refused)
+    reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason_text(why), times);
+  if (!reasons.empty()) lines.push_back("halved for: " + reasons);
   return lines;
 }
 

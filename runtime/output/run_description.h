@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,9 @@ std::vector<std::string> coarser_surfaces(const std::vector<ReducedBody>& bodies
 std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& manifest,
                                       const Simulation& simulation);
 
-/// The lines that it ends with: time by phase, worst drift, halvings, worst iteration count.
-std::vector<std::string> summary_lines(const Manifest& manifest, const Profile& profile);
+/// The lines that it ends with: time by phase, worst drift, halvings, worst iteration count, and
+/// what steps were `refused` for, how often since the program began.
+std::vector<std::string> summary_lines(const Manifest& manifest, const Profile& profile,
+                                       const std::map<Refusal, int>& refused);
 
 }  // namespace archetide

