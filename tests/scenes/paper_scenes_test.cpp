@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -22,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Coarse {
-  std::string scene, archetype, grid, cell;  // grid in cells
-  double end = 0.0;                          // s
+  std::string scene, archetypes, grid, cell;  // archetypes: one or more words; grid in cells
+  double end = 0.0;                           // s
 };
 
 int shell(const std::string& command) {
@@ -43,10 +44,15 @@ class CoarseScene {
   CoarseScene(const CoarseScene&) = delete;
   CoarseScene& operator=(const CoarseScene&) = delete;
 
-  // Builds the archetype and runs the scene; exit codes.
+  // Builds the archetypes and runs the scene; exit codes.
   int build() const {
-    return shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" +
-                 coarse_.archetype + ".body.toml -o " + folder_ + "/" + coarse_.archetype + ".h5");
+    std::istringstream words(coarse_.archetypes);
+    for (std::string name; words >> name;) {
+      const int code = shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" + name +
+                             ".body.toml -o " + folder_ + "/" + name + ".h5");
+      if (code != 0) return code;
+    }
+    return 0;
   }
   int run(const std::string& settings) const {
     return shell(
@@ -154,6 +160,37 @@ TEST(SlowSplash, WavesUnderTheTubsRingStayInSight) {
               gain / motion);
   EXPECT_LE(most, 1e-3);
   EXPECT_LE(gain, 5e-3 * motion);
+}
+
+// A jellyfish of five parts falls into a breaking dam: the wave bends the linear modes of its arms
+// to where their elements are held, and throws it about the tank. All joints stay closed, the water is
+// at no time faster than three times its fall from 0.9 m, and no energy comes from nothing beyond 1 %.
+// Measured: 233 steps, 164 halvings, gap 1e-13 m, 6.7 m/s, 0.4 %. (Before closing joints by shapes far
+// away was given up [D84] the joints came open in the first half second.)
+TEST(SlowSkin, AJellyfishSurvivesABreakingDam) {
+  const CoarseScene scene({"jellyfish",
+                           "jellyfish_bell jellyfish_arm1 jellyfish_arm2 jellyfish_arm3 "
+                           "jellyfish_arm4 jellyfish_skin",
+                           "[32,32,40]", "1/32", 2.0});
+  ASSERT_EQ(scene.build(), 0);
+  ASSERT_EQ(scene.run(" --set gravity=[0,0,-9.81] --set skin[0].position=[0.55,0.5,0.75] --set "
+                      "expect=absent --set 'fluid.water={boxes=[{low=[0,0,0],high=[0.35,1,0.9]},"
+                      "{low=[0,0,0],high=[1,1,0.25]}]}'"),
+            0);
+  const CsvTable stats = scene.table("stats.csv");
+  const auto energy = stats.column("energy"), work = stats.column("actuation_work");
+  std::vector<double> given;
+  for (std::size_t n = 0; n < energy.size(); ++n) given.push_back(energy[n] - work[n]);
+  double most = 0.0;
+  for (const char* kind : {"water_kinetic", "body_kinetic", "body_elastic"})
+    most += largest(stats.column(kind));
+  const double gain = largest_rise(given) / most, speed = largest(stats.column("max_speed")),
+               gap = largest(stats.column("joint_drift"));
+  std::printf("measured: %zu steps, %.0f halvings, gap %.1e m, fastest %.2f m/s, gain %.2e\n",
+              stats.rows(), sum(stats.column("halvings")), gap, speed, gain);
+  EXPECT_LE(gap, 1e-9);
+  EXPECT_LE(speed, 3.0 * std::sqrt(2.0 * 9.81 * 0.9));
+  EXPECT_LE(gain, 0.01);
 }
 
 // Measured overlap, cells: 0.012, 0.001, 0.29, 0.26.
