@@ -7,6 +7,16 @@
 #include "common/base/check.h"
 
 namespace archetide {
+namespace {
+
+// What a H^-1 a^T is at most for each row a of A: where no coordinate's part takes another's away.
+// Coordinates have units of their own (m, rad, modes), so that no other norm of H^-1 would do.
+VecX largest_answers(const MatX& A, const MatX& inverse_mass) {
+  const VecX each = inverse_mass.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return (A.cwiseAbs() * each).cwiseAbs2();
+}
+
+}  // namespace
 
 void ConstrainedInverse::setup(const std::vector<const MatX*>& inverse_mass,
                                std::vector<RowBlock> rows) {
@@ -64,8 +74,8 @@ void ConstrainedInverse::reduce(Pair& pair) const {
   }
   MatX gram = A * inverse_a * A.transpose();
   if (pair.b >= 0) gram += B * *inverse_mass_[pair.b] * B.transpose();
-  VecX scale = gram.diagonal(), size = A.rowwise().squaredNorm() * inverse_a.cwiseAbs().maxCoeff();
-  if (pair.b >= 0) size += B.rowwise().squaredNorm() * inverse_mass_[pair.b]->cwiseAbs().maxCoeff();
+  VecX scale = gram.diagonal(), size = largest_answers(A, inverse_a);
+  if (pair.b >= 0) size += largest_answers(B, *inverse_mass_[pair.b]);
   constexpr double kNothing = 1e-13;  // a row that no body answers to
   for (Eigen::Index k = 0; k < m; ++k)
     scale[k] = scale[k] > kNothing * size[k] ? 1.0 / std::sqrt(scale[k]) : 0.0;
