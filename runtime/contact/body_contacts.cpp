@@ -17,7 +17,7 @@ constexpr double kSlack =
 double recovery_speed(double overlap, double dt, double gravity) {
   constexpr double kPart = 0.5, kSeconds = 0.1;
   return std::min(kPart * overlap / dt,
-                  std::max(0.5 * std::sqrt(2.0 * gravity * overlap), overlap / kSeconds));
+                  gravity > 0.0 ? 0.5 * std::sqrt(2.0 * gravity * overlap) : overlap / kSeconds);
 }
 
 /// One system's worth of configuration terms and masses, for the bodies that have contacts; y of a

@@ -127,6 +127,34 @@ TEST(ConstrainedInverse, TakesDependentRowsWithinAPairAndAroundALoop) {
   EXPECT_EQ(loop.constrained().rank(), 8);
 }
 
+// Coordinates are metres, radians and modes: in bodies of millimetres the entries of one inverse mass
+// are 1e13 apart. Rows hold them as they hold the same bodies in coordinates of one size.
+TEST(ConstrainedInverse, DoesNotDependOnTheUnitsOfCoordinates) {
+  Group g;
+  for (const int dofs : {8, 9}) g.add_body(dofs, 1.0);
+  g.tie(0, 1, 3), g.tie(0, -1, 2);
+  Group other = g;
+  const auto unit = [](int b, int k) { return k < 3 ? 1.0 : std::ldexp(1.0, k < 6 ? 12 : -12 - b); };
+  for (int b = 0; b < 2; ++b) {
+    const VecX units =
+        VecX::NullaryExpr(g.dofs(b), [&](auto k) { return unit(b, static_cast<int>(k)); });
+    other.inverse_mass[b] = units.asDiagonal() * g.inverse_mass[b] * units.asDiagonal();
+    for (RowBlock& block : other.rows)
+      for (MatX* J : {&block.A, &block.B})
+        if ((J == &block.A ? block.a : block.b) == b)
+          *J = (*J * units.cwiseInverse().asDiagonal()).eval();
+  }
+  EXPECT_EQ(other.constrained().rank(), g.constrained().rank());
+  std::vector<VecX> y = g.split(g.matrix(g.size(), 1)), scaled = y;
+  for (int b = 0; b < 2; ++b)
+    for (int k = 0; k < g.dofs(b); ++k) scaled[b][k] *= unit(b, k);
+  g.constrained().constrain(y);
+  other.constrained().constrain(scaled);
+  for (int b = 0; b < 2; ++b)
+    for (int k = 0; k < g.dofs(b); ++k)
+      EXPECT_NEAR(scaled[b][k] / unit(b, k), y[b][k], 1e-11);  // measured 1e-15
+}
+
 // What a body loses as an impulse: y - H^-1 g is what it becomes.
 TEST(ConstrainedInverse, GivesTheForcesThatHoldABody) {
   Group g;
