@@ -237,7 +237,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   }
   if (!bend(half, lost, bent, s) && may_halve(s.options, report, kMostForOverlap))
     return attempt.refuse(Refusal::kSank);
-  if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, dt))
+  const bool dry = std::all_of(results.begin(), results.end(), [](const StageResult& body) {
+    return body.water_impulse.isZero(0.0);
+  });
+  if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, report, dry, dt))
     return attempt.refuse(Refusal::kThrown);
 
   // From here on the step is taken.

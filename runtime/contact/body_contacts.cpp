@@ -12,14 +12,6 @@ namespace {
 constexpr double kSlack =
     0.1;  // of the tolerance: overlap that is left alone, or rest would jitter
 
-/// Speed that takes an overlap back, m/s: at most half of it a step, and no faster than falling out
-/// of it; without gravity within about a tenth of a second.
-double recovery_speed(double overlap, double dt, double gravity) {
-  constexpr double kPart = 0.5, kSeconds = 0.1;
-  return std::min(kPart * overlap / dt,
-                  gravity > 0.0 ? 0.5 * std::sqrt(2.0 * gravity * overlap) : overlap / kSeconds);
-}
-
 /// One system's worth of configuration terms and masses, for the bodies that have contacts; y of a
 /// body of nodes in the coordinates of its contacts.
 struct Masses {
@@ -122,6 +114,12 @@ ContactForces either(const ContactForces& own, const ContactForces& other,
 }
 
 }  // namespace
+
+double recovery_speed(double overlap, double dt, double gravity) {
+  constexpr double kPart = 0.5, kSeconds = 0.1;
+  return std::min(kPart * overlap / dt,
+                  gravity > 0.0 ? 0.5 * std::sqrt(2.0 * gravity * overlap) : overlap / kSeconds);
+}
 
 ContactForces contact_forces(const std::vector<BodyContact>& contacts, const ContactSystem& system,
                              const std::vector<Vec3>& lambda, double h) {
