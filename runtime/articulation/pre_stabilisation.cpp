@@ -89,7 +89,9 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,
                             double dt, double tolerance, double acceptable, std::vector<VecX>& y) {
-  constexpr int kMaxTurns = 60, kDepth = 8;
+  constexpr int kMaxTurns = 60, kDepth = 8, kTold = 12;
+  constexpr double kSlow =
+      0.1;  // of the first gap is left after kTold turns: a shorter step is quicker
   constexpr double kMostEnergy = 1.0;  // of the bodies'
   PreStabilised out;
   std::vector<const ReducedBody*> at;
@@ -130,7 +132,8 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     if (out.turns == 0) first = out.drift;
     const bool throws =
         out.drift > first && !(energy_taken(held, out.impulse, before, y) <= kMostEnergy * energy);
-    if (throws || out.turns == kMaxTurns || !std::isfinite(out.drift)) {
+    const bool hopeless = out.turns == kTold && out.drift > kSlow * first;
+    if (throws || hopeless || out.turns == kMaxTurns || !std::isfinite(out.drift)) {
       if (!out.closed) y = before;
       out.widest = widest_joint(joints, moved);
       return out;
