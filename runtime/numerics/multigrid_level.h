@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -16,10 +18,13 @@ namespace archetide {
 enum class Colour : int { kRed = 0, kBlack = 1 };  // parity of i + j + k
 
 /// What a cell's right-hand side is multiplied by; a diagonal smaller than this has no face worth
-/// the name: the cell is left alone.
+/// the name: the cell is left alone. One below some units of round-off of single precision is taken for
+/// these: a body that moves in a cell so nearly closed would be answered beyond what the cycle
+/// tells of its neighbours [D85].
 inline float inverse_of(float diagonal) {
   constexpr float kSmallestDiagonal = 1e-30f;
-  return diagonal > kSmallestDiagonal ? 1.0f / diagonal : 0.0f;
+  constexpr float kFewUnits = 5e-7f;
+  return diagonal > kSmallestDiagonal ? 1.0f / std::max(diagonal, kFewUnits) : 0.0f;
 }
 
 /// One level of the multigrid: fp32 arrays on a box of cells with one ghost layer, and the row
