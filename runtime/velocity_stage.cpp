@@ -163,7 +163,7 @@ bool solve_full_step(SimulationState& s, double dt, std::vector<StageBody>& stag
   if (made.share <= kMost && !made.hopeless) return true;
   const bool halve = may_halve(s.options, report, kMostForEnergy);
   if (!halve && solves == 1) return true;
-  s.coupling.forget_guess();
+  s.coupling.forget_guess(Stage::kVelocityFull);
   if (halve) return attempt.refuse(Refusal::kNotLinear);
   for (StageBody& body : stage) body.at.linear_about.resize(0);
   return couple_again();

@@ -120,7 +120,6 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
   for (const int b : held.bodies()) out.impulse[b] = VecX::Zero(bodies[b].dofs());
   std::vector<MatX> answers(bodies.size());  // of bodies of nodes, once a turn needs them
   const std::vector<VecX> before = y;
-  const double energy = energy_of(held, motions, y);
   double first = 0.0;  // m, the drift before any turn
   Anderson faster(kDepth);
   VecX lambda;
@@ -130,8 +129,8 @@ PreStabilised pre_stabilise(const std::vector<Joint>& joints,
     out.converged = out.drift <= tolerance, out.closed = out.drift <= acceptable;
     if (out.converged) return out;
     if (out.turns == 0) first = out.drift;
-    const bool throws =
-        out.drift > first && !(energy_taken(held, out.impulse, before, y) <= kMostEnergy * energy);
+    const bool throws = out.drift > first && !(energy_taken(held, out.impulse, before, y) <=
+                                               kMostEnergy * energy_of(held, motions, before));
     const bool hopeless = out.turns == kTold && out.drift > kSlow * first;
     if (throws || hopeless || out.turns == kMaxTurns || !std::isfinite(out.drift)) {
       if (!out.closed) y = before;

@@ -23,9 +23,10 @@ struct PreStabilised {
 /// in y, and take no impulse on their modes.
 ///
 /// Newton's method with a_33 at x^n for the derivative, lambda -= a_33^+ gap / dt, accelerated
-/// (Anderson), until the largest gap is below `tolerance` (m). Given up where joints are
-/// opened further by impulses of more energy than the bodies move with: what closes them then is
-/// another shape far away, not the next one [D84]. Where more than `acceptable` (m) is left `y` stays as it was.
+/// (Anderson), until the largest gap is below `tolerance` (m). Given up where joints are opened
+/// further by impulses of more energy than the bodies move with (what closes them then is another
+/// shape far away, not the next one), and where the gap shrinks slowly [D84]. Where more than
+/// `acceptable` (m) is left `y` stays as it was.
 PreStabilised pre_stabilise(const std::vector<Joint>& joints,
                             const std::vector<ReducedBody>& bodies,
                             const std::vector<FreeMotion>& motions, const std::vector<char>& stiff,

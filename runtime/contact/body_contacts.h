@@ -7,8 +7,8 @@
 
 namespace archetide {
 
-/// Speed that takes an overlap (m) back in steps of dt (s), m/s: at most half of it a step, and no faster
-/// than falling out of it; without gravity (m/s^2) within about a tenth of a second.
+/// Speed that takes an overlap (m) back in steps of dt (s), m/s: at most half of it a step, and no
+/// faster than falling out of it; without gravity (m/s^2) within about a tenth of a second.
 double recovery_speed(double overlap, double dt, double gravity);
 
 struct BodyContactOptions {

@@ -282,7 +282,7 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   measure_after(stage, dt, loads_, coupled, u, held);
 
   const bool ends_step = stage == Stage::kVelocityFull;
-  if (!report.converged) pressure_[ends_step].fill(0.0);  // no guess for the next attempt
+  if (!report.converged) forget_guess(stage);
   if (ends_step) solved_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     end_body(b, bodies[b], coupled[b], results[b]);

@@ -84,8 +84,8 @@ class Coupling {
   /// locked: geometry, pressure system and loads stay.
   void keep_loads() { known_ = Known::kLoads; }
 
-  /// The next couple() of the velocities stage starts from no pressure: the last one's is of no use.
-  void forget_guess() { pressure_[1].fill(0.0); }
+  /// The next couple() of this stage starts from no pressure: the last one's is of no use.
+  void forget_guess(Stage stage) { pressure_[stage == Stage::kVelocityFull].fill(0.0); }
 
   /// The velocities stage just solved ends a step that is taken: the water carried beside the bodies
   /// goes on from them. Without it the next couple() begins where the last one did.

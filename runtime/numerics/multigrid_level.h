@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -18,8 +17,8 @@ namespace archetide {
 enum class Colour : int { kRed = 0, kBlack = 1 };  // parity of i + j + k
 
 /// What a cell's right-hand side is multiplied by; a diagonal smaller than this has no face worth
-/// the name: the cell is left alone. One below some units of round-off of single precision is taken for
-/// these: a body that moves in a cell so nearly closed would be answered beyond what the cycle
+/// the name: the cell is left alone. One below some units of round-off of single precision is taken
+/// for these: a body that moves in a cell so nearly closed would be answered beyond what the cycle
 /// tells of its neighbours [D85].
 inline float inverse_of(float diagonal) {
   constexpr float kSmallestDiagonal = 1e-30f;

@@ -149,7 +149,7 @@ std::vector<std::string> header_lines(const RunSetup& setup, const Manifest& man
 
 namespace {
 
-// What a step was halved for, as the log and docs/scenes.md call it.
+// What a step was halved for, as the log and docs/files.md call it.
 const char* reason_text(Refusal why) {
   switch (why) {
     case Refusal::kNotConverged:
