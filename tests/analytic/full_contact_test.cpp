@@ -139,8 +139,9 @@ Simulation colliding_in_water(Kind kind, double friction, double aside = 0.0,
   return Simulation(o, water_to(o.grid, INFINITY), bodies, {});
 }
 
-// Measured 1.6e-13 m aside. Known miss of 5e-9 m in the middle of the tank, where vertices lie in
-// planes of the grid: the last digit decides between two sets of contacts there; measured 1.3e-7 m.
+// Measured 1.9e-12 m aside. Known miss of 5e-9 m in the middle of the tank, where vertices lie in
+// planes of the grid: the last digit decides between two sets of contacts there; measured 3.8e-11 m,
+// and 1.3e-7 m with sums in another order.
 TEST(FullBodyContact, InWaterWithoutFrictionEqualsThatOfAllModes) {
   const auto apart = [](double aside) {
     Simulation modal = colliding_in_water(Kind::kModes, 0.0, aside),
@@ -166,15 +167,19 @@ TEST(FullBodyContact, EqualsThatOfAllModesWithOtherSchemes) {
 // Which contacts press is told by loose solves, and what slides keeps the speed that the contact
 // solver then found, which ends by a sweep more or less: round-off grows, as it does between two
 // runs of modes. 1e-13 m after 3 steps is a known miss, 3.4e-8 m (1.1e-8 with sums in another
-// order): runs of modes that begin 1e-13 m aside were 2e-8 to 1e-6 m apart by then.
+// order): runs of modes that begin 1e-13 m aside were 2e-8 to 1e-6 m apart by then, so one such run
+// is no measure of the others; the farthest of three is.
 TEST(FullBodyContact, InWaterIsOffThatOfAllModesAsTheseAreOffThemselves) {
   Simulation modal = colliding_in_water(Kind::kModes, 0.3),
-             nodal = colliding_in_water(Kind::kNodes, 0.3),
-             again = colliding_in_water(Kind::kModes, 0.3),
-             aside = colliding_in_water(Kind::kModes, 0.3, 1e-13);
+             nodal = colliding_in_water(Kind::kNodes, 0.3);
   EXPECT_LT(apart_after(3, 0.005, modal, nodal), 1e-7);  // 1e-13 is asked for
-  const double nodes = apart_after(27, 0.005, modal, nodal),
-               modes = apart_after(30, 0.005, again, aside);
+  const double nodes = apart_after(27, 0.005, modal, nodal);
+  double modes = 0.0;
+  for (const double off : {-2e-13, 1e-13, 2e-13}) {
+    Simulation again = colliding_in_water(Kind::kModes, 0.3),
+               aside = colliding_in_water(Kind::kModes, 0.3, off);
+    modes = std::max(modes, apart_after(30, 0.005, again, aside));
+  }
   EXPECT_LT(nodes, 10.0 * modes);
   EXPECT_LT(nodes, 1e-4 * kSize);
 }
