@@ -5,6 +5,7 @@
 
 #include "common/base/exception_carrier.h"
 #include "runtime/cut_cells/flux_columns.h"
+#include "runtime/cut_cells/lost_flux.h"
 #include "runtime/numerics/parallel.h"
 
 namespace archetide {
@@ -260,8 +261,14 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   if (s.unknowns == 0) return without_water(bodies);
   const Stopwatch watch;
   const double rho = s.hydrostatics.density;
+  if (!same_water) {
+    operator_.setup_water(s);
+    multigrid_.setup(operator_.water(), &operator_.closed());
+    for_each_large(bodies.size(), [&](std::size_t b) {
+      settle_lost_flux(s.matrix, operator_.closed(), bodies[b].flux);
+    });
+  }
   operator_.setup(g, s, rho, bodies, rows, same_water);
-  if (!same_water) multigrid_.setup(operator_.water(), &operator_.closed());
   deflation_.setup(operator_, multigrid_, options.deflation, options.tolerance, options.warm_start);
 
   std::vector<VecX> given(bodies.size());

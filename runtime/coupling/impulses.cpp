@@ -1,5 +1,7 @@
 #include "runtime/coupling/impulses.h"
 
+#include "runtime/cut_cells/lost_flux.h"
+
 namespace archetide {
 namespace {
 
@@ -66,8 +68,8 @@ PressureImpulses pressure_impulses(const Grid& g, const PressureSystem& s, doubl
     sum.solids += plane.solids, sum.surface += plane.surface;
   for (const CoupledBody& body : bodies)
     for (std::size_t m = 0; m < body.flux.cell.size(); ++m) {
+      if (!holds_unknown(s.matrix, body.flux.cell[m])) continue;
       const auto n = static_cast<std::size_t>(body.flux.cell[m]);
-      if (s.matrix.kind.data()[n] != CellKind::kUnknown) continue;
       const double here = phi.data()[n] + to_phi * s.surface_mean;
       const int i = static_cast<int>(n % g.nx), j = static_cast<int>(n / g.nx % g.ny),
                 k = static_cast<int>(n / g.nx / g.ny);

@@ -190,7 +190,7 @@ std::vector<SweptPiece> sweep_some(const Grid& g, const WetSurface& s,
 }
 
 /// A surface as the grid cuts it: moments of the cells, and what its points push into those cells
-/// that stand in `slots` (the rest of them get nothing).
+/// that stand in `slots`, in the tank or beside it (the rest of them get nothing).
 struct SweptSurface {
   SurfaceCells cells;
   CellSlots slots;
@@ -231,24 +231,26 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   SweptSurface swept{SurfaceCells(box), CellSlots(box), {}};
   const auto parts = parts_of(
       *s.triangles, [&](std::span<const Vec3i> some) { return sweep_some(g, s, kappa, some); });
-  std::vector<const SweptPiece*> inside;
-  const Vec3i end(g.nx, g.ny, g.nz);
+  std::vector<const SweptPiece*> all;
   for (const std::vector<SweptPiece>& part : parts)
     for (const SweptPiece& piece : part) {
       swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
-      if ((piece.cell.array() >= 0).all() && (piece.cell.array() < end.array()).all())
-        inside.push_back(&piece);
+      all.push_back(&piece);
     }
-  sum_pieces(g, inside, s.points->size(), swept);
+  sum_pieces(g, all, s.points->size(), swept);
   return swept;
 }
 
 std::vector<std::int64_t> cell_indices(const Grid& g, const std::vector<Vec3i>& cells) {
   std::vector<std::int64_t> index;
   index.reserve(cells.size());
-  for (const Vec3i& c : cells)
-    index.push_back(c[0] + static_cast<std::int64_t>(g.nx) *
-                               (c[1] + static_cast<std::int64_t>(g.ny) * c[2]));
+  const Vec3i last(g.nx - 1, g.ny - 1, g.nz - 1);
+  for (const Vec3i& c : cells) {
+    const Vec3i in = c.cwiseMax(0).cwiseMin(last);
+    const std::int64_t n =
+        in[0] + static_cast<std::int64_t>(g.nx) * (in[1] + static_cast<std::int64_t>(g.ny) * in[2]);
+    index.push_back(in == c ? n : cell_beyond(n));
+  }
   return index;
 }
 

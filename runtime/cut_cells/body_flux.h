@@ -22,10 +22,14 @@ namespace archetide {
 /// extra term. Voxel: F = G^T W^T Q on constraint faces. Of a body of nodes `flux` is that of what
 /// is seen of it, and F^T y = (flux, surface)^T NodalSurface::to_solve(y).
 struct BodyFlux {
-  std::vector<std::int64_t> cell;  // m, index into the grid
+  std::vector<std::int64_t> cell;  // m, index into the grid; < 0: beyond the tank
   MatX flux;                       // (6 + r) x m
   SurfaceFlux surface = {};        // bodies of nodes
 };
+
+/// A cell beyond the tank as BodyFlux::cell names it, by the nearest cell of the tank, and that cell.
+inline std::int64_t cell_beyond(std::int64_t beside) { return -1 - beside; }
+inline std::int64_t cell_beside(std::int64_t beyond) { return -1 - beyond; }
 
 /// The deformed surface of one body at one configuration, and what the coupling reads of it.
 struct BodySurface {

@@ -159,6 +159,13 @@ void ClosedComponents::setup(const PoissonMatrix& matrix) {
   setup(op);
 }
 
+bool ClosedComponents::hold(std::size_t cell) const {
+  return std::ranges::any_of(cells_of_, [cell](const Blocks& of) {
+    const auto after = std::ranges::upper_bound(of.ranges, cell, {}, &Blocks::Range::begin);
+    return after != of.ranges.begin() && cell < std::prev(after)->end;
+  });
+}
+
 double ClosedComponents::mean(std::size_t c, const double* v) const {
   return sum(cells_of_[c], v) / static_cast<double>(cells_of_[c].entries);
 }

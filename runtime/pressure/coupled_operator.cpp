@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "runtime/cut_cells/flux_columns.h"
+#include "runtime/cut_cells/lost_flux.h"
 #include "runtime/numerics/parallel.h"
 
 namespace archetide {
@@ -72,7 +73,7 @@ CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSyst
   std::sort(ascending.begin(), ascending.end(),
             [&](std::size_t a, std::size_t b) { return f.cell[a] < f.cell[b]; });
   for (const std::size_t m : ascending) {
-    if (s.matrix.kind[static_cast<std::size_t>(f.cell[m])] != CellKind::kUnknown) continue;
+    if (!holds_unknown(s.matrix, f.cell[m])) continue;
     body.flux.col(static_cast<Eigen::Index>(body.cell.size())) =
         f.flux.col(static_cast<Eigen::Index>(m)) / area;
     body.cell.push_back(f.cell[m]);
@@ -92,14 +93,15 @@ CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSyst
   return body;
 }
 
+void CoupledOperator::setup_water(const PressureSystem& s) {
+  water_.setup(s.matrix);
+  closed_.setup(water_);
+}
+
 void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,
                             const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows,
                             bool same_water) {
   rows_ = rows && !rows->empty() ? rows : nullptr;
-  if (!same_water) {
-    water_.setup(s.matrix);
-    closed_.setup(water_);
-  }
   to_scaled_mass_ = density * g.dx * g.dx * g.dx;
   if (same_water) {  // what it sees of them is the same too
     for (std::size_t b = 0; b < bodies.size(); ++b) {

@@ -45,8 +45,10 @@ std::vector<VecX> answers(const std::vector<CoupledBody>& bodies, const std::vec
 /// The system before bodies are reduced: [RMSF11].
 class CoupledOperator {
  public:
+  /// Of the next setup().
+  void setup_water(const PressureSystem& system);
   /// `rows`: of these bodies' inverse masses, must stay as they are as long as the operator is
-  /// used; null: none. `same_water`: the system is that of the last setup.
+  /// used; null: none. `same_water`: the water and the fluxes are those of the last setup.
   void setup(const Grid& g, const PressureSystem& system, double density,
              const std::vector<CoupledBody>& bodies, const ConstrainedInverse* rows = nullptr,
              bool same_water = false);

@@ -35,6 +35,56 @@ TEST(OpenSides, AirFollowsWaterThatLeavesThem) {
   }
 }
 
+// ---- Water without air -------------------------------------------------------------------------
+
+/// Two flat boxes and a torus that fall onto a block, the floor and each other in a room of 1 m^3
+/// that is full of water: a tank without air, or one half of a tank of which the other has some.
+void expect_calm_fall(bool room_beside) {
+  SimulationOptions o = unit_tank(32);
+  if (room_beside) o.grid.nx *= 2;
+  o.open_side[kZMax] = false;
+  o.body_contact = true;
+  o.friction = 0.4;
+  o.tolerance = 1e-5;
+  TriMesh rock = volume_true_sphere(3, 0.22);
+  for (Vec3& x : rock.vertices) x = Vec3(1.1 * x[0] + 0.5, 0.9 * x[1] + 0.5, 0.7 * x[2] + 0.04);
+  std::vector<TriMesh> obstacles = {rock};
+  if (room_beside) obstacles.push_back(block(Vec3(1.0, -0.1, -0.1), Vec3(1.2, 1.1, 1.1)));
+  const auto rigid = [](const TriMesh& surface, const Vec3& position) {
+    ReducedBody body = make_body(rigid_surface_archetype(surface, 2000.0), 0);
+    body.position = position;
+    return body;
+  };
+  std::vector<int> nodes;
+  const TriMesh ring = boundary_surface(torus_tets(0.2, 0.07, 32, 5), nodes);
+  std::vector<ReducedBody> bodies = {
+      rigid(box_surface(Vec3(0.4, 0.3, 0.12), 2), Vec3(0.3, 0.45, 0.4)),
+      rigid(box_surface(Vec3(0.3, 0.3, 0.1), 2), Vec3(0.74, 0.3, 0.25)),
+      rigid(ring, Vec3(0.55, 0.6, 0.7))};
+  bodies[0].rotation = Quat(1.0, 0.1, 0.05, 0.3).normalized();
+  Simulation s(o, water_where(o.grid, [](const Vec3& x) { return x[0] < 1.1 ? -1.0 : x[2] - 0.5; }),
+               bodies, obstacles);
+  double deepest = 0.0, lowest = INFINITY, gain = 0.0, motion = 0.0, fastest = 0.0;
+  int iterations = 0, halvings = 0;
+  run_to(s, 1.5, 1.0 / 24.0, [&](const StepReport& r) {
+    deepest = std::max(deepest, r.max_penetration / o.grid.dx);
+    lowest = std::min(lowest, r.energy());
+    gain = std::max(gain, r.energy() - lowest);
+    motion = std::max(motion, r.water_kinetic + r.body_kinetic);
+    fastest = std::max(fastest, r.max_speed);
+    iterations = std::max({iterations, r.velocity.iterations, r.position.iterations});
+    halvings += r.halvings;
+  });
+  expect_at_most("overlap, cells", deepest, 0.25);
+  expect_at_most("gain of energy, of the motion", gain / motion, 1e-3);  // measured none
+  expect_at_most("fastest, m/s", fastest, std::sqrt(2.0 * 9.81));        // measured 2.0
+  expect_at_most("iterations", iterations, 30);                          // measured 10
+  expect_at_most("halvings", halvings, 2);
+}
+
+TEST(WaterWithoutAir, BodiesFallOnEachOtherInIt) { expect_calm_fall(false); }
+TEST(WaterWithoutAir, BodiesFallOnEachOtherInAFullRoom) { expect_calm_fall(true); }
+
 // ---- H3: large steps ---------------------------------------------------------------------------
 
 // A column of water breaks over five balls at this CFL number.
