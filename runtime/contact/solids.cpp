@@ -71,14 +71,12 @@ bool StaticSolid::locate(const Vec3& x, double within, SolidPoint& at) const {
   return at.gap <= within;
 }
 
-constexpr int kFewModes = 60;  // of which the points of a patch hold most
-
 DeformedBody::DeformedBody(const ReducedBody& body, const ContactShape& shape,
                            const std::vector<Vec3>* cover)
     : shape_(&shape),
       R_(body.rotation.toRotationMatrix()),
       centre_(body.position),
-      gives_way_(body.r > kFewModes) {
+      gives_way_(body.r > 0) {
   ARCHETIDE_CHECK(body.rung == shape.rung);
   ARCHETIDE_CHECK((body.nodes != nullptr) == !shape.lattice.shares.empty());
   const auto shape_now = shape_correction(body, body.q);

@@ -82,8 +82,7 @@ class DeformedBody : public TouchedSolid {
   bool to_rest(const Vec3& x, Vec3& rest, Mat3& stretch) const;
   /// How far X can be from where a rigid motion without modes would put it, m.
   double largest_shift() const { return largest_shift_; }
-  /// Whether the surface sinks between points that hold it: it moves in more ways than a few points
-  /// hold, as with every node free [D77].
+  /// Whether the surface sinks between points that hold it: it deforms [D77].
   bool gives_way() const { return gives_way_; }
   /// How far the cover is from where this body alone would move its samples, m.
   double cover_shift() const { return cover_shift_; }
