@@ -198,29 +198,6 @@ TEST(SlowRestingBodies, BallAndSoftRingStayDryForAMinute) {
   expect_rest(stay(s, 3.0, 60.0, 0.01, 0.2));
 }
 
-/// A plate as soft as a starfish, that falls flat but for 8 degrees onto the floor of a dry tank; an
-/// obstacle in a corner makes contact between bodies run.
-Simulation falling_plate() {
-  static const SyntheticBody shape = [] {
-    SyntheticOptions o;
-    o.r = 20;
-    o.first_omega = 20.0;
-    o.beta = 0.005;
-    return deformable_archetype(box_tets(Vec3(0.34, 0.3, 0.03), Vec3i(12, 11, 2)), o);
-  }();
-  SimulationOptions o = dry_tank();
-  o.friction = 0.4;
-  ReducedBody plate = make_body(shape.archetype, 20);
-  plate.position = Vec3(0.42, 0.45, 0.06);
-  plate.rotation = Quat(Eigen::AngleAxisd(0.14, Vec3(1.0, 0.3, 0.0).normalized()));
-  return Simulation(o, FluidState(), {plate}, {block(Vec3::Constant(0.85), Vec3::Constant(0.9))});
-}
-
-TEST(RestingBodies, SoftPlateComesToRest) {
-  Simulation s = falling_plate();
-  expect_rest(stay(s, 4.0, 2.0, 0.02, 0.3));
-}
-
 /// The same under 0.7 m of water, both heavier than it.
 Simulation sunk_ball_and_ring() {
   SimulationOptions o = dry_tank();

@@ -1,78 +1,45 @@
 // The contact scenes of the paper (Figs. 3, 6, 7, 10), coarse: archetypes and runs by the programs.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <numeric>
-#include <sstream>
 #include <string>
 #include <utility>
 
-#include "runtime/output/csv.h"
+#include "tests/scenes/scene_folder.h"
 
 #ifdef ARCHETIDE_PRECOMPUTE_BIN
 
 namespace archetide {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Coarse {
   std::string scene, archetypes, grid, cell;  // archetypes: one or more words; grid in cells
   double end = 0.0;                           // s
 };
 
-int shell(const std::string& command) {
-  const int status = std::system((command + " >/dev/null").c_str());
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-// A folder of its own, in which a scene of the assets is run with a coarse grid.
+// A scene of the assets, run with a coarse grid.
 class CoarseScene {
  public:
-  explicit CoarseScene(Coarse coarse)
-      : coarse_(std::move(coarse)),
-        folder_(fmt::format("{}paper_{}{}", testing::TempDir(), coarse_.scene, ::getpid())) {
-    fs::create_directories(folder_);
-  }
-  ~CoarseScene() { fs::remove_all(folder_); }
-  CoarseScene(const CoarseScene&) = delete;
-  CoarseScene& operator=(const CoarseScene&) = delete;
-
-  // Builds the archetypes and runs the scene; exit codes.
-  int build() const {
-    std::istringstream words(coarse_.archetypes);
-    for (std::string name; words >> name;) {
-      const int code = shell(ARCHETIDE_PRECOMPUTE_BIN " build " ARCHETIDE_ASSETS "/bodies/" + name +
-                             ".body.toml -o " + folder_ + "/" + name + ".h5");
-      if (code != 0) return code;
-    }
-    return 0;
-  }
+  explicit CoarseScene(Coarse coarse) : coarse_(std::move(coarse)), folder_(coarse_.scene) {}
+  int build() const { return folder_.build(coarse_.archetypes); }
   int run(const std::string& settings) const {
-    return shell(
-        fmt::format("{} run {}/scenes/{}.scene.toml -q -t 1 --archetypes {} -o {}/run "
-                    "--set 'fluid.grid={}' --set fluid.cell={} --set time.end={:f}{}",
-                    ARCHETIDE_SIM_BIN, ARCHETIDE_ASSETS, coarse_.scene, folder_, folder_,
-                    coarse_.grid, coarse_.cell, coarse_.end, settings));
+    return folder_.run(
+        ARCHETIDE_ASSETS "/scenes/" + coarse_.scene + ".scene.toml",
+        fmt::format("--set 'fluid.grid={}' --set fluid.cell={} --set time.end={:f}{}", coarse_.grid,
+                    coarse_.cell, coarse_.end, settings));
   }
-  CsvTable table(const std::string& name) const { return read_csv(folder_ + "/run/" + name); }
+  CsvTable table(const std::string& name) const { return folder_.table(name); }
 
  private:
   Coarse coarse_;
-  std::string folder_;
+  SceneFolder folder_;
 };
 
 class PaperScenes : public ::testing::TestWithParam<Coarse> {};
 
-double largest(const std::vector<double>& values) {
-  return *std::max_element(values.begin(), values.end());
-}
 double sum(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
@@ -90,16 +57,6 @@ double largest_motion(const CsvTable& stats) {
   for (std::size_t n = 0; n < water.size(); ++n)
     most = std::max(most, water[n] + body[n] + elastic[n]);
   return most;
-}
-
-// Of the values above the lowest before them, from the one `first` on.
-double largest_rise(const std::vector<double>& values, std::size_t first = 0) {
-  double lowest = INFINITY, rise = 0.0;
-  for (std::size_t n = first; n < values.size(); ++n) {
-    lowest = std::min(lowest, values[n]);
-    rise = std::max(rise, values[n] - lowest);
-  }
-  return rise;
 }
 
 // Bodies stay in the tank and overlap by at most half a cell, one step in twenty at most is taken
