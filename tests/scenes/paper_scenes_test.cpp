@@ -129,7 +129,7 @@ TEST(SlowSplash, WavesUnderTheTubsRingStayInSight) {
 // A jellyfish of five parts falls into a breaking dam: the wave bends the linear modes of its arms
 // to where their elements are held, and throws it about the tank. All joints stay closed, the water is
 // at no time faster than three times its fall from 0.9 m, and no energy comes from nothing beyond 1 %.
-// Measured: 199 steps, 98 halvings, gap 1e-13 m, 6.5 m/s, 0.2 %. (Before closing joints by shapes far
+// Measured: 190 steps, 87 halvings, gap 1e-13 m, 6.5 m/s, 0.2 %. (Before closing joints by shapes far
 // away was given up [D84] the joints came open in the first half second.)
 TEST(SlowSkin, AJellyfishSurvivesABreakingDam) {
   const CoarseScene scene({"jellyfish",
@@ -155,7 +155,7 @@ TEST(SlowSkin, AJellyfishSurvivesABreakingDam) {
   EXPECT_LE(gain, 0.01);
 }
 
-// Measured overlap, cells: 0.012, 0.001, 0.29, 0.26.
+// Measured overlap, cells: 0.015, 0.007, 0.08, 0.18.
 INSTANTIATE_TEST_SUITE_P(
     Slow, PaperScenes,
     ::testing::Values(Coarse{"starfish", "starfish", "[32,32,32]", "1/32", 1.5},
