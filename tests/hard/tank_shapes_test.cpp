@@ -37,8 +37,9 @@ TEST(OpenSides, AirFollowsWaterThatLeavesThem) {
 
 // ---- Water without air -------------------------------------------------------------------------
 
-/// Two flat boxes and a torus that fall onto a block, the floor and each other in a room of 1 m^3
+/// Two flat boxes and a torus that fall onto a rock, the floor and each other in a room of 1 m^3
 /// that is full of water: a tank without air, or one half of a tank of which the other has some.
+/// (While the flux of cells that they close was lost [D86]: 471 and 724 iterations, 67 m/s.)
 void expect_calm_fall(bool room_beside) {
   SimulationOptions o = unit_tank(32);
   if (room_beside) o.grid.nx *= 2;

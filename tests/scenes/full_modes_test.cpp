@@ -14,6 +14,7 @@
 #include "common/archetype/complete_basis.h"
 #include "common/base/byte_stream.h"
 #include "runtime/output/csv.h"
+#include "tests/scenes/scene_folder.h"
 #include "tests/support/synthetic_archetype.h"
 
 #ifdef ARCHETIDE_PRECOMPUTE_BIN
@@ -79,12 +80,7 @@ class FullModes : public testing::Test {
            position + "' --set 'fluid.grid=" + grid + "' --set fluid.water.level=" + level;
   }
   /// Of the energy, above what it was at some time before, J.
-  double largest_rise() const {
-    double lowest = INFINITY, rise = 0.0;
-    for (const double e : column("stats.csv", "energy"))
-      lowest = std::min(lowest, e), rise = std::max(rise, e - lowest);
-    return rise;
-  }
+  double rise_of_energy() const { return largest_rise(column("stats.csv", "energy")); }
   /// They fall on a dry floor and on each other.
   int drop_heap(const std::string& archetype, int count, int seed, int speed) const {
     std::ofstream(folder_ + "heap.scene.toml")
@@ -168,7 +164,7 @@ TEST_F(FullModes, NodesMoveAsTheyDo) {
 // while they press and resumed.
 TEST_F(FullModes, NodesAreTouchedAndJointedAsAllModes) {
   ASSERT_EQ(build("bar", "\"full\"", 1, "keep = \"tets\"\n"), 0) << err();
-  const std::string longer = " --set time.end=0.5";
+  const std::string longer = " --set time.end=0.6";
   const auto body = [](const char* name, const char* place, const char* modes) {
     return std::string("[[body]]\nname = \"") + name +
            "\"\narchetype = \"bar\"\nposition = " + place + "\nmodes = " + modes + "\n";
@@ -187,10 +183,10 @@ TEST_F(FullModes, NodesAreTouchedAndJointedAsAllModes) {
   for (const double d : column("stats.csv", "joint_drift")) drift = std::max(drift, d);
   std::printf("measured: %.1e m, %.0f contacts, joint open by %.1e m\n", apart, contacts, drift);
   EXPECT_LT(apart, 1e-8);
-  EXPECT_GT(contacts, 5.0);
+  EXPECT_GT(contacts, 10.0);
   EXPECT_LT(drift, 1e-11);
   const std::string table = read_whole_file(folder_ + "out/bodies.csv");
-  ASSERT_EQ(simulate("bar", "nodes", longer + " --resume 4", others), 0) << err();
+  ASSERT_EQ(simulate("bar", "nodes", longer + " --resume 6", others), 0) << err();
   EXPECT_EQ(read_whole_file(folder_ + "out/bodies.csv"), table);
 }
 
@@ -258,10 +254,10 @@ TEST_F(FullModes, SoftRodRisesThroughStillWater) {
           << err();
       const std::vector<double> deformation = column("stats.csv", "max_deformation");
       const double bent = *std::max_element(deformation.begin(), deformation.end());
-      std::printf("measured: deformation %.3f, energy %.2e J up, %zu steps\n", bent, largest_rise(),
-                  deformation.size());
+      std::printf("measured: deformation %.3f, energy %.2e J up, %zu steps\n", bent,
+                  rise_of_energy(), deformation.size());
       EXPECT_LT(bent, 0.05);
-      EXPECT_LT(largest_rise(), 0.2);
+      EXPECT_LT(rise_of_energy(), 0.2);
     }
 }
 
@@ -282,8 +278,8 @@ TEST_F(FullModes, SoftRodBendsInAWave) {
     for (const double v : residual) out_of_sight = std::max(out_of_sight, std::abs(v));
     const double bent = *std::max_element(deformation.begin(), deformation.end());
     std::printf("measured: energy %.2f J up, %.1e m^3 out of sight, deformation %.2f, %zu steps\n",
-                largest_rise(), out_of_sight, bent, residual.size());
-    EXPECT_LT(largest_rise(), 1.0);
+                rise_of_energy(), out_of_sight, bent, residual.size());
+    EXPECT_LT(rise_of_energy(), 1.0);
     EXPECT_LT(out_of_sight, 1.8e-4);
     EXPECT_GT(bent, 0.08);
     EXPECT_LT(residual.size(), 42u);
@@ -319,13 +315,8 @@ TEST_F(FullModes, HeapsOfCrushedBarsGainNoEnergy) {
     fs::remove_all(folder_ + "out");
     ASSERT_EQ(drop_heap("bent", 5, heap.seed, heap.speed), 0) << err();
     const std::vector<double> energy = column("stats.csv", "energy");
-    double lowest = energy.front(), gain = 0.0;
-    for (const double e : energy) {
-      lowest = std::min(lowest, e);
-      gain = std::max(gain, (e - lowest) / energy.front());
-    }
-    const std::vector<double> deep = column("stats.csv", "max_penetration");
-    const double deepest = *std::max_element(deep.begin(), deep.end());
+    const double gain = largest_rise(energy) / energy.front(),
+                 deepest = largest(column("stats.csv", "max_penetration"));
     std::printf("measured: %.1e of the energy in %zu steps, %.2f cells deep\n", gain, energy.size(),
                 16.0 * deepest);
     EXPECT_LT(gain, 1e-3);
