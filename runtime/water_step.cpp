@@ -169,6 +169,25 @@ void demand_one_length(const StateArchive& a, const std::string& what,
     if (size != *sizes.begin()) a.fail("the lists of " + what + " are not of one length");
 }
 
+// Marks faces that solids close, of those that velocities were continued to; the sides of the tank
+// are no solids.
+void mark_closed_faces(const Grid& g, const FaceField<double>& open,
+                       FaceField<unsigned char>& valid) {
+  for (int a = 0; a < 3; ++a) {
+    const Array3<double>& w = open[a];
+    const bool x = a == 0, y = a == 1, z = a == 2;
+#pragma omp parallel for schedule(static)
+    for (int k = z; k < g.nz; ++k)
+      for (int j = y; j < g.ny; ++j) {
+        const double* share = &w(0, j, k);
+        unsigned char* marks = &valid[a](0, j, k);
+#pragma omp simd
+        for (int i = x; i < g.nx; ++i)
+          marks[i] = (marks[i] != 0) & (share[i] == 0.0) ? kClosedFace : marks[i];
+      }
+  }
+}
+
 void demand_faces(const StateArchive& a, const std::string& name, const MacField& u,
                   const std::vector<signed char>& axis, const std::vector<std::int64_t>& face) {
   for (std::size_t n = 0; n < axis.size(); ++n) {
@@ -420,6 +439,7 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   mean_push_ = mean_size(push_, valid_);
   narrow_ = settle_before(coupling.narrow_faces(), u_half_, push_);
   for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
+  mark_closed_faces(grid_, coupling.open(), valid_);
   hidden_ = hidden_flow(coupling, u_half_);
 }
 
@@ -512,6 +532,7 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   }
   narrow_ = settle_after(coupling.narrow_faces(), fluid_.u);
   for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
+  mark_closed_faces(grid_, coupling.open(), valid_);
   if (single()) hidden_ = hidden_flow(coupling, fluid_.u);
 }
 

@@ -211,13 +211,20 @@ void for_each_marked(const Mask& mask, const RowShares& rows, const Marks& deep,
         }
 }
 
+template <class Real>
+Real second_difference(const Real& low, const Real& here, const Real& high) {
+  return (low + high) - 2.0 * here;
+}
+
 // Sum over the axes of a weight times the fourth difference of f at the point nearest to the foot
 // of the path to lattice point `to`; c: cells that the path crosses along each axis. The weight is
 // the distance of the foot from that point, and goes back to 0 where the nearest point changes:
 // half-way between two, interpolation itself leaves nothing of waves of two cells. (Differences at
 // the path's end feed waves that stand the other way round at its foot; a weight that stays at 1/4
-// turns waves into mean flow where neighbours have different nearest points.) An axis without two
-// solved points to each side counts nothing.
+// turns waves into mean flow where neighbours have different nearest points.) Second differences
+// that do not stand on three solved points count nothing, in the second difference of them: beside
+// the tank's walls and the surface energy is taken as well, and what is linear stays. An axis with
+// a closed face within two points counts nothing [D22].
 double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], const double c[3]) {
   const auto stride = strides(f);
   const int size[3] = {f.nx(), f.ny(), f.nz()};
@@ -231,12 +238,21 @@ double biharmonic(const Array3<double>& f, const Mask& valid, const int to[3], c
   const std::size_t n = f.index(at[0], at[1], at[2]);
   double sum = 0.0;
   for (int a = 0; a < 3; ++a) {
-    if (at[a] < 2 || at[a] + 2 >= size[a]) continue;
     const double* p = f.data() + n;
     const unsigned char* v = valid.data() + n;
     const std::ptrdiff_t s = stride[a];
-    if (v[-2 * s] != 1 || v[-s] != 1 || v[0] != 1 || v[s] != 1 || v[2 * s] != 1) continue;
-    sum += weight[a] * ((p[-2 * s] + p[2 * s]) - 4.0 * (p[-s] + p[s]) + 6.0 * p[0]);
+    bool closed = false, solved[5];
+    for (int m = -2; m <= 2; ++m) {
+      const bool there = at[a] + m >= 0 && at[a] + m < size[a];
+      solved[m + 2] = there && v[m * s] == 1;
+      closed |= there && v[m * s] == kClosedFace;
+    }
+    if (closed) continue;
+    const auto bend = [&](int m) {
+      const bool counts = solved[m + 1] && solved[m + 2] && solved[m + 3];
+      return counts ? second_difference(p[(m - 1) * s], p[m * s], p[(m + 1) * s]) : 0.0;
+    };
+    sum += weight[a] * second_difference(bend(-1), bend(0), bend(1));
   }
   return sum;
 }
@@ -251,7 +267,7 @@ ARCHETIDE_INLINE bool biharmonic_block(const Array3<double>& f, const Mask& vali
   if (n < 2 || n + kBlock + 2 > f.size()) return false;  // its neighbours' neighbours do not exist
   const double* p = f.data() + n;
   const unsigned char* v = valid.data() + n;
-  Block here, weight[3];
+  Block weight[3];
   BlockBits over = {};
   for (int a = 0; a < 3; ++a) {
     Block off;
@@ -261,29 +277,41 @@ ARCHETIDE_INLINE bool biharmonic_block(const Array3<double>& f, const Mask& vali
     weight[a] = off < rest ? off : rest;
   }
   if (bytes_of(over >> 63) != 0) return false;
-  load(p, here);
   sum = Block{};
   for (int a = 0; a < 3; ++a) {
-    if (a > 0 && (to[a] < 2 || to[a] + 2 >= size[a])) continue;
     const std::ptrdiff_t s = stride[a];
-    Block low2, low, high, high2;
-    load(p - 2 * s, low2), load(p - s, low);
-    load(p + s, high), load(p + 2 * s, high2);
-    const Block term = weight[a] * ((low2 + high2) - 4.0 * (low + high) + 6.0 * here);
-    if (solved) {
-      sum += term;
+    // Points along the axis that all of the block have.
+    const int first = a == 0 ? -2 : std::max(-2, -to[a]),
+              last = a == 0 ? 2 : std::min(2, size[a] - 1 - to[a]);
+    if (solved && last - first == 4) {
+      Block low2, low, here, high, high2;
+      load(p - 2 * s, low2), load(p - s, low), load(p, here), load(p + s, high);
+      load(p + 2 * s, high2);
+      sum += weight[a] * second_difference(second_difference(low2, low, here),
+                                           second_difference(low, here, high),
+                                           second_difference(here, high, high2));
       continue;
     }
-    BlockBytes other = {};
-    if (a == 0)
-      for (int l = 0; l < kBlock; ++l) other[l] = to[0] + l < 2 || to[0] + l + 2 >= size[0];
+    Block value[5] = {}, bend[3] = {};
+    BlockBytes solved_at[5], closed = {};
     for (int m = -2; m <= 2; ++m) {
-      BlockBytes b;
-      std::memcpy(&b, v + m * s, sizeof(b));
-      other |= b ^ 1;
+      BlockBytes there = {}, mark = {};
+      if (m >= first && m <= last) {
+        load(p + m * s, value[m + 2]);
+        std::memcpy(&mark, v + m * s, sizeof(mark));
+        there = ~there;
+        for (int l = 0; a == 0 && l < kBlock; ++l)
+          if (to[0] + l + m < 0 || to[0] + l + m >= size[0]) there[l] = 0;
+      }
+      solved_at[m + 2] = there & (BlockBytes)(mark == 1);
+      closed |= there & (BlockBytes)(mark == kClosedFace);
     }
-    const BlockBits counts = __builtin_convertvector(other == 0, BlockBits);
-    sum += (Block)((BlockBits)term & counts);
+    for (int m = 0; m < 3; ++m) {
+      const BlockBytes counts = solved_at[m] & solved_at[m + 1] & solved_at[m + 2] & ~closed;
+      bend[m] = second_difference(value[m], value[m + 1], value[m + 2]);
+      bend[m] = (Block)((BlockBits)bend[m] & __builtin_convertvector(counts != 0, BlockBits));
+    }
+    sum += weight[a] * second_difference(bend[0], bend[1], bend[2]);
   }
   return true;
 }

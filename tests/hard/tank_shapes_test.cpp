@@ -656,8 +656,9 @@ TEST(SlowH36ManySteps, RingThatBobsDoesNotStirTheTank) {
   expect_ring_stirs_nothing(0.005, 20.0);
 }
 
-// Eddies that the grid does not resolve, at a small step: without the dissipation of the upwind
-// differences their energy grew fourfold in 10 s, and without bound in a tank with an open top.
+// A gyre and eddies that the grid does not resolve, at a small step: without the dissipation of the
+// upwind differences their energy grew fourfold in 10 s, and without bound in a tank with an open
+// top. The gyre stays: 0.83 of all is left (less than 0.7 before walls had their part of it).
 TEST(H36ManySteps, EddiesGainNoEnergy) {
   SimulationOptions o;
   o.grid = {16, 16, 8, 1.0 / 16, Vec3::Zero()};
@@ -675,14 +676,15 @@ TEST(H36ManySteps, EddiesGainNoEnergy) {
       },
       eddies);
   Simulation s(o, eddies, {}, {});
-  double first = 0.0, most = 0.0, last = 0.0;
+  double first = 0.0, lowest = INFINITY, rise = 0.0;
   for (int n = 0; n < 1000; ++n) {
-    last = s.step(0.01).water_kinetic;
-    if (first == 0.0) first = last;
-    most = std::max(most, last / first);
+    const double now = s.step(0.01).water_kinetic;
+    if (first == 0.0) first = now;
+    lowest = std::min(lowest, now);
+    rise = std::max(rise, now - lowest);
   }
-  expect_at_most("largest kinetic energy against the start", most, 1.03);
-  expect_at_most("kinetic energy after 10 s against the start", last / first, 0.7);
+  expect_at_most("rise of the kinetic energy against the start", rise / first, 1e-6);
+  EXPECT_GT(lowest / first, 0.7);
 }
 
 // ---- H37: vortex sheet behind a plate ----------------------------------------------------------
