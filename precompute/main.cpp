@@ -261,7 +261,7 @@ void propose(const CommandLine& c, Log& log) {
     return;
   }
   write_file_atomically(c.output, proposal.text);
-  std::cout << proposal.summary;
+  if (!c.quiet) std::cout << proposal.summary;
 }
 
 void print_schema(const CommandLine& c, Log&) {

@@ -83,7 +83,7 @@ if(TARGET test_scenes)
                  "ARCHETIDE_PRECOMPUTE_BIN=\"$<TARGET_FILE:archetide-precompute>\""
                  "ARCHETIDE_ASSETS=\"${CMAKE_SOURCE_DIR}/assets\"")
     set_source_files_properties(tests/scenes/full_modes_test.cpp tests/scenes/paper_scenes_test.cpp
-      tests/scenes/resting_scenes_test.cpp
+      tests/scenes/resting_scenes_test.cpp tests/scenes/gauge_scenes_test.cpp
       PROPERTIES COMPILE_DEFINITIONS "${programs}")
   endif()
 endif()

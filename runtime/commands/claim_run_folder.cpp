@@ -18,8 +18,8 @@ bool is_frame(const std::string& text) {
 // files go with them: without a manifest they would be files of a stranger.
 void clear_run_folder(const std::string& folder) {
   for (const char* name : {"checkpoint/LATEST", "done.stamp", "scene.toml", "run.log", "stats.csv",
-                           "bodies.csv", "frames", "pictures", "failure", "checkpoint", "film.mp4",
-                           "report.html", "manifest.json"}) {
+                           "bodies.csv", "gauges.csv", "frames", "pictures", "failure",
+                           "checkpoint", "film.mp4", "report.html", "manifest.json"}) {
     fs::remove_all(fs::path(folder) / (name + std::string(".part")));
     fs::remove_all(fs::path(folder) / name);
   }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 
 #include "runtime/commands/command.h"
@@ -51,9 +52,15 @@ bool same_table(const std::string& file, const Arguments& a) {
 }
 
 int diff(const Arguments& a) {
-  const bool stats = same_table("stats.csv", a), bodies = same_table("bodies.csv", a);
-  if (stats && bodies) std::cout << "the same within " << a.tolerance << '\n';
-  return stats && bodies ? kExitDone : kExitNumerics;
+  bool same = same_table("stats.csv", a);
+  same = same_table("bodies.csv", a) && same;
+  const auto has_gauges = [](const std::string& folder) {
+    return std::filesystem::exists(folder + "/gauges.csv");
+  };
+  if (has_gauges(a.directory) && has_gauges(a.other_directory))
+    same = same_table("gauges.csv", a) && same;
+  if (same) std::cout << "the same within " << a.tolerance << '\n';
+  return same ? kExitDone : kExitNumerics;
 }
 
 }  // namespace

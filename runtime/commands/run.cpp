@@ -36,6 +36,7 @@ RunSetup run_setup(const SceneSpec& scene, const RunPlan& plan, const Arguments&
   setup.end_time = plan.end_time;
   setup.fps = scene.fps;
   setup.frames = scene.frames;
+  setup.gauges = scene.gauges;
   setup.body_names = body_names;
   setup.threads = omp_get_max_threads();
   setup.quiet = a.common.quiet;

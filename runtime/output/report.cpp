@@ -58,7 +58,7 @@ i.bar{display:inline-block;height:8px;background:#3a8f4d}i.bar.over{background:#
 
 struct Run {
   RunFolder folder;
-  CsvTable stats, bodies;
+  CsvTable stats, bodies, gauges;  // the last: empty without one
 };
 
 Run read_run(const std::string& directory) {
@@ -66,6 +66,8 @@ Run read_run(const std::string& directory) {
   run.folder = open_run_folder(directory);
   run.stats = read_csv(run.folder.path + "stats.csv");
   run.bodies = read_csv(run.folder.path + "bodies.csv");
+  const std::string gauges = run.folder.path + "gauges.csv";
+  if (std::filesystem::exists(gauges)) run.gauges = read_csv(gauges);
   return run;
 }
 
@@ -162,6 +164,15 @@ std::string body_chart(const Run& run, const std::string& title, const std::stri
   return svg_chart(chart);
 }
 
+// One line a gauge of what its columns call `what`; "" without one.
+std::string gauge_chart(const Run& run, const std::string& title, const std::string& unit,
+                        const std::string& what) {
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const std::string& name : run.gauges.names)
+    if (name.ends_with(what)) lines.emplace_back(name, name.substr(0, name.size() - what.size()));
+  return lines.empty() ? "" : columns_chart(run.gauges, title, unit, lines);
+}
+
 std::string phase_bars(const Manifest& m) {
   std::vector<Bar> bars;
   for (const auto& [phase, seconds] : m.phase_seconds)
@@ -182,6 +193,8 @@ std::string section(const Run& run) {
   html += "<div class=\"charts\">\n";
   html += body_chart(run, "Heights of the bodies", "z");
   if (water) html += volume_chart(run.stats);
+  html += gauge_chart(run, "Pressure at the gauges, above that of the air", "Pa", "_p");
+  html += gauge_chart(run, "Level of the water at the gauges", "m", "_level");
   html += energy_chart(run.stats);
   html += columns_chart(run.stats, "Linear momentum, water and bodies", "kg m/s",
                         {{"px", "x"}, {"py", "y"}, {"pz", "z"}});

@@ -42,10 +42,10 @@ Chart time_chart(const std::string& title, const std::string& y_label) {
   return {title, "time, s", y_label, {}};
 }
 
-std::string columns_chart(const CsvTable& stats, const std::string& title, const std::string& unit,
+std::string columns_chart(const CsvTable& table, const std::string& title, const std::string& unit,
                           const std::vector<std::pair<std::string, std::string>>& columns) {
   Chart chart = time_chart(title, unit);
-  for (const auto& [column, name] : columns) add_column(chart, stats, column, name);
+  for (const auto& [column, name] : columns) add_column(chart, table, column, name);
   return svg_chart(chart);
 }
 

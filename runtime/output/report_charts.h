@@ -19,8 +19,8 @@ std::string picture_strip(const RunFolder& run, std::size_t count, int width);
 /// An empty chart over time.
 Chart time_chart(const std::string& title, const std::string& y_label);
 
-/// Columns of stats.csv over time, each with its name; those that the table lacks are left out.
-std::string columns_chart(const CsvTable& stats, const std::string& title, const std::string& unit,
+/// Columns of a table over its column t, each with its name; those that the table lacks are left out.
+std::string columns_chart(const CsvTable& table, const std::string& title, const std::string& unit,
                           const std::vector<std::pair<std::string, std::string>>& columns);
 
 /// All energies, J.

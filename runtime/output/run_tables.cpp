@@ -112,6 +112,47 @@ void StatsTable::add(const StepReport& s, const Profile& profile) {
   total_before_ = total;
 }
 
+GaugesTable::GaugesTable(const std::string& path, std::vector<Gauge> gauges, bool keep)
+    : gauges_(std::move(gauges)) {
+  if (gauges_.empty()) return;
+  csv_.emplace(path, keep);
+  if (!keep) write_header();
+}
+
+void GaugesTable::write_header() {
+  std::vector<std::string> names = {"t"};
+  for (const Gauge& gauge : gauges_)
+    for (const char* what : {"p", "vx", "vy", "vz", "level"})
+      names.push_back(gauge.name + '_' + what);
+  csv_->header(names);
+}
+
+void GaugesTable::resume(std::int64_t rows) {
+  if (csv_ && csv_->keep_rows(rows).empty()) write_header();
+}
+
+void GaugesTable::add(const StepReport& report, const Simulation& simulation) {
+  if (!csv_) return;
+  const auto cell = [&](const std::optional<double>& value) {
+    if (value)
+      csv_->cell(*value);
+    else
+      csv_->empty_cell();
+  };
+  csv_->cell(report.t);
+  for (const Gauge& gauge : gauges_) {
+    const GaugeReading r = read_gauge(simulation, report.dt, gauge.point);
+    cell(r.pressure);
+    for (int a = 0; a < 3; ++a) cell(r.velocity ? std::optional((*r.velocity)[a]) : std::nullopt);
+    cell(r.level);
+  }
+  csv_->end_row();
+}
+
+void GaugesTable::flush() {
+  if (csv_) csv_->flush();
+}
+
 BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies, bool keep)
     : csv_(path, keep) {
   for (const ReducedBody& body : bodies) modes_ = std::max(modes_, seen_dofs(body) - 6);

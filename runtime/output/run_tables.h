@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/profile.h"
+#include "runtime/gauge.h"
 #include "runtime/output/csv.h"
 #include "runtime/simulation.h"
 
@@ -30,6 +32,21 @@ class StatsTable {
   double total_before_ = 0.0;           // s
   bool has_header_ = false;
   std::int64_t rows_ = 0;
+};
+
+/// gauges.csv: a row a step, of all gauges. No file without one.
+class GaugesTable {
+ public:
+  GaugesTable(const std::string& path, std::vector<Gauge> gauges, bool keep = false);
+  void resume(std::int64_t rows);
+  void add(const StepReport& report, const Simulation& simulation);
+  void flush();
+
+ private:
+  void write_header();
+
+  std::vector<Gauge> gauges_;
+  std::optional<CsvWriter> csv_;
 };
 
 /// bodies.csv: a row a body a frame.

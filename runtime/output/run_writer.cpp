@@ -77,6 +77,7 @@ struct RunWriter::Impl {
   Progress progress;
   StatsTable stats;
   BodiesTable bodies;
+  GaugesTable gauges;
   PvdIndex surface_pvd, bodies_pvd, particles_pvd, markers_pvd, spray_pvd;
 
   // Since the last frame line, and since the start.
@@ -101,6 +102,7 @@ struct RunWriter::Impl {
         progress(folder + "run.log", setup.quiet, goes_on()),
         stats(folder + "stats.csv", goes_on()),
         bodies(folder + "bodies.csv", simulation.all_bodies(), goes_on()),
+        gauges(folder + "gauges.csv", setup.gauges, goes_on()),
         surface_pvd(folder + "frames/surface.pvd"),
         bodies_pvd(folder + "frames/bodies.pvd"),
         particles_pvd(folder + "frames/particles.pvd"),
@@ -127,6 +129,7 @@ struct RunWriter::Impl {
     if (!goes_on()) return;
     stats.resume(p.stats_rows);
     bodies.resume(p.bodies_rows);
+    gauges.resume(p.stats_rows);
     remove_frames_from(setup.directory, p.frames);
     for (PvdIndex* pvd : {&surface_pvd, &bodies_pvd, &particles_pvd, &markers_pvd, &spray_pvd})
       pvd->resume(p.frames);
@@ -242,7 +245,13 @@ struct RunWriter::Impl {
     }
     simulation.reset_water_impulses();
     bodies.flush();
+    flush_steps();
+  }
+
+  // The tables that have a row a step.
+  void flush_steps() {
     stats.flush();
+    gauges.flush();
   }
 
   double volume_drift() const {
@@ -286,7 +295,7 @@ struct RunWriter::Impl {
   }
 
   void finish(int exit_code, const std::string& reason, const Simulation& simulation) {
-    stats.flush();
+    flush_steps();
     bodies.flush();
     fill_totals(simulation);
     manifest.exit = exit_code;
@@ -309,6 +318,7 @@ RunWriter::~RunWriter() = default;
 void RunWriter::on_step(const StepReport& report, const Simulation& simulation) {
   Impl& d = *impl_;
   d.stats.add(report, simulation.profile());
+  d.gauges.add(report, simulation);
   d.last = report;
   if (std::isnan(d.first_volume)) d.first_volume = report.accounted_volume();
 
@@ -358,7 +368,7 @@ void RunWriter::add_closed_form(const Manifest::ClosedFormEntry& entry) {
 int RunWriter::frame() const { return impl_->manifest.frames - 1; }
 
 RunProgress RunWriter::progress() {
-  impl_->stats.flush();
+  impl_->flush_steps();
   impl_->bodies.flush();
   const Manifest& m = impl_->manifest;
   return {m.frames,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/gauge.h"
 #include "runtime/output/manifest.h"
 #include "runtime/simulation.h"
 
@@ -30,6 +31,7 @@ struct RunSetup {
   double end_time = 0.0;     // s, for the estimate of the time left
   double fps = 24.0;         // frames per second of scene time
   std::vector<std::string> frames = {"surface.ply", "bodies.vtp"};  // subset of frame_kinds()
+  std::vector<Gauge> gauges;
   std::vector<std::string> body_names;  // one per body, or empty: the archetype's name
   std::vector<std::string> notes = {};  // lines of the run's header
   int threads = 1;
@@ -62,7 +64,7 @@ std::string memory_at_the_lid(const SimulationOptions& options, const Grid& fiel
                               const std::vector<ReducedBody>& bodies);
 
 /// Writes a run folder while the run goes on: scene.toml, manifest.json, run.log, stats.csv,
-/// bodies.csv, frames/*, and done.stamp last. Every complete file appears whole (X.part, sync,
+/// bodies.csv, gauges.csv, frames/*, and done.stamp last. Every complete file appears whole (X.part, sync,
 /// rename); the CSV files and the log grow. Progress goes to stderr.
 ///
 ///   RunWriter out(setup, simulation);
@@ -78,7 +80,7 @@ class RunWriter {
   RunWriter(const RunWriter&) = delete;
   RunWriter& operator=(const RunWriter&) = delete;
 
-  /// A row of stats.csv.
+  /// A row of stats.csv, and of gauges.csv if there are gauges.
   void on_step(const StepReport& report, const Simulation& simulation);
   /// Rows of bodies.csv and the frame's files; then restarts the simulation's water impulses.
   void on_frame(Simulation& simulation);

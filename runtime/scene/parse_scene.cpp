@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -111,6 +112,33 @@ MarkersSpec parse_markers(const Section& s, const SceneSpec& scene, Complaints& 
   if (centre != radius || s.has("box") == centre)
     bad.push_back(s.error("", "expected a box, or centre and radius of a ball"));
   return markers;
+}
+
+// Behind those before it, whose names are taken.
+Gauge parse_gauge(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  Gauge gauge;
+  gauge.name = s.has("name") ? s.string("name") : fmt::format("g{}", scene.gauges.size() + 1);
+  gauge.point = s.vec3("point");
+  const bool plain = std::ranges::all_of(
+      gauge.name, [](unsigned char c) { return std::isalnum(c) || c == '-' || c == '_'; });
+  if (gauge.name.empty() || !plain)
+    bad.push_back(s.error("name", "a gauge is named by letters, digits, '-' and '_'"));
+  if (std::ranges::count(scene.gauges, gauge.name, &Gauge::name) > 0)
+    bad.push_back(s.error(s.has("name") ? "name" : "",
+                          "there is a gauge \"" + gauge.name + "\" already", "give another name"));
+  if (!scene.fluid) {
+    bad.push_back(s.error("", "a gauge needs water", "give [fluid]"));
+    return gauge;
+  }
+  const FluidSpec& fluid = *scene.fluid;
+  const Vec3 high = fluid.origin + fluid.cell * fluid.cells.cast<double>();
+  if ((gauge.point.array() < fluid.origin.array()).any() ||
+      (gauge.point.array() > high.array()).any())
+    bad.push_back(s.error(
+        "point", "the gauge is not in the tank",
+        fmt::format("that reaches from ({:f}, {:f}, {:f}) to ({:f}, {:f}, {:f})", fluid.origin[0],
+                    fluid.origin[1], fluid.origin[2], high[0], high[1], high[2])));
+  return gauge;
 }
 
 Quat parse_rotation(const Section& s, Complaints& bad) {
@@ -428,6 +456,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   if (root.has("fluid")) scene.fluid = parse_fluid(root.section("fluid"), scene, bad);
   for (const Section& s : root.sections("markers"))
     scene.markers.push_back(parse_markers(s, scene, bad));
+  for (const Section& s : root.sections("gauge"))
+    scene.gauges.push_back(parse_gauge(s, scene, bad));
   for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
   for (const Section& s : root.sections("skin")) scene.skins.push_back(parse_skin(s, scene, bad));
   demand_one_skin_each(scene, bad);

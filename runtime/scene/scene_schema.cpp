@@ -208,6 +208,24 @@ Keys marker_keys() {
        .meaning = "of their places"}};
 }
 
+Keys gauge_keys() {
+  return {{.path = "gauge[]",
+           .type = kTables,
+           .fallback = "absent",
+           .meaning = "a point where pressure, velocity and level of the water are written every "
+                      "step, to gauges.csv"},
+          {.path = "gauge[].name",
+           .type = kString,
+           .fallback = "absent",
+           .meaning = "of its columns: letters, digits, '-' and '_'; absent = g and its number, "
+                      "from 1"},
+          {.path = "gauge[].point",
+           .type = kVec3,
+           .unit = "m",
+           .fallback = "required",
+           .meaning = "in the tank"}};
+}
+
 Keys coupling_keys() {
   return {{.path = "coupling.geometry",
            .type = kString,
@@ -698,12 +716,26 @@ void append(Keys& all, const Keys& more) { all.insert(all.end(), more.begin(), m
 const Schema& scene_schema() {
   static const Schema schema = [] {
     Keys keys;
-    for (const Keys& part :
-         {run_keys(), fluid_keys(), marker_keys(), coupling_keys(), body_keys(),
-          instance_keys("body[]"), contact_keys("body[]"), rotation_keys("body[]"), scatter_keys(),
-          instance_keys("scatter[]", "absent"), contact_keys("scatter[]"), surroundings_keys(),
-          contact_keys("static[]"), rotation_keys("static[]"), joint_keys(), force_keys(),
-          skin_keys(), rotation_keys("skin[]"), result_keys()}) {
+    for (const Keys& part : {run_keys(),
+                             fluid_keys(),
+                             marker_keys(),
+                             gauge_keys(),
+                             coupling_keys(),
+                             body_keys(),
+                             instance_keys("body[]"),
+                             contact_keys("body[]"),
+                             rotation_keys("body[]"),
+                             scatter_keys(),
+                             instance_keys("scatter[]", "absent"),
+                             contact_keys("scatter[]"),
+                             surroundings_keys(),
+                             contact_keys("static[]"),
+                             rotation_keys("static[]"),
+                             joint_keys(),
+                             force_keys(),
+                             skin_keys(),
+                             rotation_keys("skin[]"),
+                             result_keys()}) {
       append(keys, part);
     }
     return Schema("*.scene.toml", keys);

@@ -6,6 +6,7 @@
 
 #include "common/base/input_error.h"
 #include "common/base/types.h"
+#include "runtime/gauge.h"
 #include "runtime/simulation.h"
 
 namespace archetide {
@@ -186,6 +187,7 @@ struct SceneSpec {
 
   std::optional<FluidSpec> fluid;
   std::vector<MarkersSpec> markers;
+  std::vector<Gauge> gauges;
   std::vector<BodySpec> bodies;  // of [[body]], and the parts of skins behind them
   std::vector<SkinSpec> skins;
   std::vector<ScatterSpec> scatters;

@@ -49,13 +49,6 @@ inline double stand_on_a_face(ReducedBody& body) {
 
 inline Vec3 velocity_of(const ReducedBody& b) { return b.P / body_mass(b); }
 
-/// A closed box as an obstacle, outward.
-inline TriMesh block(const Vec3& low, const Vec3& high) {
-  TriMesh mesh = box_surface(high - low, 0);
-  for (Vec3& x : mesh.vertices) x += 0.5 * (low + high);
-  return mesh;
-}
-
 /// Demands numbers of a step, and bodies after it.
 inline void expect_finite(const StepReport& r) {
   ASSERT_TRUE(std::isfinite(r.water_kinetic + r.body_kinetic + r.body_elastic + r.water_volume));

@@ -148,8 +148,8 @@ void expect_rest_in_slot(double more, std::optional<double> height, double end, 
   o.body_contact = true;
   o.friction = 0.3;
   const double half = a + 0.5 * more * dx;
-  const std::vector<TriMesh> slot = {block({0.2, 0.2, 0.0}, {0.5 - half, 0.8, 0.35}),
-                                     block({0.5 + half, 0.2, 0.0}, {0.8, 0.8, 0.35})};
+  const std::vector<TriMesh> slot = {box_between({0.2, 0.2, 0.0}, {0.5 - half, 0.8, 0.35}),
+                                     box_between({0.5 + half, 0.2, 0.0}, {0.8, 0.8, 0.35})};
   ReducedBody ball = rigid_ball(a, 1500.0, Vec3(0.5, 0.5, 0.0));
   ball.position[2] = height ? *height : stand_on_a_face(ball);
   Simulation s(o, water_to(o.grid, 0.5), {ball}, slot);

@@ -135,10 +135,10 @@ Force drain(double dt) {
   SimulationOptions o = tall_tank();
   o.open_side[kZMin] = true;
   const double top = 2 * o.grid.dx, low = 0.375, high = 0.625, out = o.grid.dx;
-  const std::vector<TriMesh> floor = {block({-out, -out, -out}, {low, 1 + out, top}),
-                                      block({high, -out, -out}, {1 + out, 1 + out, top}),
-                                      block({low, -out, -out}, {high, low, top}),
-                                      block({low, high, -out}, {high, 1 + out, top})};
+  const std::vector<TriMesh> floor = {box_between({-out, -out, -out}, {low, 1 + out, top}),
+                                      box_between({high, -out, -out}, {1 + out, 1 + out, top}),
+                                      box_between({low, -out, -out}, {high, low, top}),
+                                      box_between({low, high, -out}, {high, 1 + out, top})};
   const std::vector<ReducedBody> ball = {rigid_ball(kRadius, 1000.0, Vec3(0.5, 0.5, 0.65))};
   Simulation s(o, water_to(o.grid, 1.0), ball, floor, {},
                {make_joint(ball, 0, -1, {Vec3::Zero(), Vec3(kRadius, 0, 0), Vec3(0, kRadius, 0)})});

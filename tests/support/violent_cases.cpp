@@ -74,8 +74,7 @@ ViolentResult collapse(int n, double cfl, double deep) {
 
 ViolentResult two_pools(int n, double cfl, double end) {
   const SimulationOptions o = tank(n, cfl, 1.0);
-  TriMesh wall = box_surface(Vec3(0.2, 1.2, 1.8), 0);
-  for (Vec3& x : wall.vertices) x += Vec3(1.0, 0.5, 0.8);
+  const TriMesh wall = box_between({0.9, -0.1, -0.1}, {1.1, 1.1, 1.7});
   Simulation simulation(
       o,
       water_where(o.grid,

@@ -49,6 +49,9 @@ seed = 4
 count = 7
 centre = [1, 2, 3]
 radius = 0.5
+[[gauge]]
+name = "wall-1"
+point = [-1, 0.2, 1.5]
 [coupling]
 geometry = "voxel"
 surface = "full"
@@ -415,6 +418,25 @@ TEST(ParseScene, MarkersLieInABoxOrABall) {
   expect_contains(complaint(tank + head), "expected a box, or centre and radius");
   expect_contains(complaint(tank + head + "radius = 1\n"), "expected a box, or centre");
   expect_contains(complaint(tank + head + "box = [[0, 0, 0]]\n"), "expected two corners");
+}
+
+TEST(ParseScene, GaugesHaveNamesOfTheirOwnAndLieInTheTank) {
+  const std::vector<Gauge> one = parse(kEverything).gauges;
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].name, "wall-1");
+  EXPECT_EQ(one[0].point, Vec3(-1, 0.2, 1.5));
+  const std::string tank = "[fluid]\ngrid = [8, 8, 8]\ncell = 0.1\n";
+  const std::string gauge = "[[gauge]]\npoint = [0.1, 0.2, 0.8]\n";
+  const std::vector<Gauge> two = parse(tank + gauge + gauge).gauges;
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two[0].name, "g1");
+  EXPECT_EQ(two[1].name, "g2");
+  expect_contains(complaint(gauge), "a gauge needs water");
+  expect_contains(complaint(tank + "[[gauge]]\npoint = [0.1, 0.2, 0.81]\n"), "not in the tank");
+  expect_contains(complaint(tank + gauge + "name = \"a,b\"\n"), "letters, digits");
+  expect_contains(complaint(tank + gauge + "name = \"\"\n"), "letters, digits");
+  expect_contains(complaint(tank + gauge + "name = \"g2\"\n" + gauge),
+                  "there is a gauge \"g2\" already");
 }
 
 TEST(ParseScene, ModesAreANumberOrAllOrEveryDegreeOfFreedom) {

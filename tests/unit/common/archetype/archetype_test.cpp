@@ -197,6 +197,7 @@ TEST(ArchetypeFile, MatricesOfTheTetsAreReadWithTheWholeOnly) {
   EXPECT_EQ(write_archetype(path, a), without);
   EXPECT_EQ(read_archetype(path).matrices.lambda, a.matrices.lambda);
   EXPECT_EQ(read_archetype(path).matrices.mu, a.matrices.mu);
+  std::filesystem::remove(path);
 }
 
 TEST(ArchetypeValidation, RefusesMatricesThatAreNoneOfTheTets) {
