@@ -15,16 +15,57 @@ double box_distance(const BoxSpec& box, const Vec3& x) {
   return outside.cwiseMax(0.0).norm() + std::min(outside.maxCoeff(), 0.0);
 }
 
+double ball_distance(const SphereSpec& ball, const Vec3& x) {
+  return (x - ball.centre).norm() - ball.radius;
+}
+
 // Signed distance at x to everything but the mesh; `far` where there is nothing.
 double shape_distance(const FluidSpec& fluid, const Vec3& x, double far) {
   double phi = far;
   const WaterSpec& water = fluid.water;
   if (water.level && *water.level > 0.0) phi = x[2] - (fluid.origin[2] + *water.level);
   for (const BoxSpec& box : water.boxes) phi = std::min(phi, box_distance(box, x));
-  for (const SphereSpec& ball : water.spheres) {
-    phi = std::min(phi, (x - ball.centre).norm() - ball.radius);
-  }
+  for (const SphereSpec& ball : water.spheres) phi = std::min(phi, ball_distance(ball, x));
   return phi;
+}
+
+// Velocity of the water at x, m/s: in boxes and balls that have one their own, of the last where
+// they overlap; in the air that of the nearest water, which the first step continues anyway.
+Vec3 velocity_at(const FluidSpec& fluid, const Vec3& x) {
+  const WaterSpec& water = fluid.water;
+  double at_rest = water.full ? -INFINITY : INFINITY, nearest = INFINITY;
+  if (!water.mesh.empty()) at_rest = fluid.cell;  // its distance is not known here
+  if (water.level) at_rest = std::min(at_rest, x[2] - (fluid.origin[2] + *water.level));
+  Vec3 velocity = fluid.velocity, beside = fluid.velocity;
+  bool inside = false;
+  const auto look = [&](const auto& shape, double distance) {
+    if (!shape.velocity) {
+      at_rest = std::min(at_rest, distance);
+    } else if (distance <= 0.0) {
+      velocity = *shape.velocity, inside = true;
+    } else if (distance < nearest) {
+      beside = *shape.velocity, nearest = distance;
+    }
+  };
+  for (const WaterBox& box : water.boxes) look(box, box_distance(box, x));
+  for (const WaterBall& ball : water.spheres) look(ball, ball_distance(ball, x));
+  if (inside || at_rest <= 0.0) return velocity;
+  return nearest < at_rest ? beside : fluid.velocity;
+}
+
+// Nothing where all of it is at rest.
+void set_velocity(const Grid& g, const FluidSpec& fluid, MacField& u) {
+  const WaterSpec& water = fluid.water;
+  const auto moves = [](const auto& shape) { return shape.velocity && !shape.velocity->isZero(0); };
+  if (fluid.velocity.isZero(0) && std::ranges::none_of(water.boxes, moves) &&
+      std::ranges::none_of(water.spheres, moves))
+    return;
+  u.resize(g, 0.0);
+  for (int a = 0; a < 3; ++a)
+    for (int k = 0; k < u[a].nz(); ++k)
+      for (int j = 0; j < u[a].ny(); ++j)
+        for (int i = 0; i < u[a].nx(); ++i)
+          u[a](i, j, k) = velocity_at(fluid, g.face_centre(a, i, j, k))[a];
 }
 
 // Unsigned distance within the band around one triangle: far <- min(far, distance).
@@ -116,6 +157,7 @@ FluidState initial_fluid(const std::optional<FluidSpec>& fluid) {
   const Grid g = tank_grid(*fluid);
   const double far = (g.high() - g.low()).norm();
   state.phi.resize(g.nx, g.ny, g.nz, -far);
+  set_velocity(g, *fluid, state.u);
   if (fluid->water.full) return state;
   for (int k = 0; k < g.nz; ++k) {
     for (int j = 0; j < g.ny; ++j) {

@@ -20,6 +20,10 @@ std::optional<double> optional_number(const Section& s, const std::string& path)
   return s.has(path) ? std::optional(s.number(path)) : std::nullopt;
 }
 
+std::optional<Vec3> optional_vector(const Section& s, const std::string& path) {
+  return s.has(path) ? std::optional(s.vec3(path)) : std::nullopt;
+}
+
 // A path in a scene file is relative to the scene file.
 std::string resolved(const SceneSpec& scene, const std::string& path) {
   return (std::filesystem::path(scene.directory) / path).lexically_normal().string();
@@ -40,10 +44,12 @@ WaterSpec parse_water(const Section& fluid, const SceneSpec& scene, Complaints& 
   const Section s = fluid.section("water");
   water.level = optional_number(s, "level");
   for (const Section& box : s.sections("boxes")) {
-    water.boxes.push_back(parse_corners(box, "low", box.vec3("low"), box.vec3("high"), bad));
+    water.boxes.push_back({parse_corners(box, "low", box.vec3("low"), box.vec3("high"), bad),
+                           optional_vector(box, "velocity")});
   }
   for (const Section& ball : s.sections("spheres")) {
-    water.spheres.push_back({ball.vec3("centre"), ball.number("radius")});
+    water.spheres.push_back(
+        {{ball.vec3("centre"), ball.number("radius")}, optional_vector(ball, "velocity")});
   }
   if (s.has("mesh")) water.mesh = resolved(scene, s.string("mesh"));
   if (!water.level && water.boxes.empty() && water.spheres.empty() && water.mesh.empty()) {
@@ -73,6 +79,7 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
   fluid.origin = s.vec3("origin");
   fluid.density = s.number("density");
   fluid.water = parse_water(s, scene, bad);
+  fluid.velocity = s.vec3("velocity");
   const char* const sides[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
   const Section walls = s.section("walls");
   for (int side = 0; side < 6; ++side) fluid.open[side] = walls.string(sides[side]) == "open";

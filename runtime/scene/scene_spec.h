@@ -28,12 +28,20 @@ struct MarkersSpec {
   unsigned seed = 1;
 };
 
+/// A box or a ball of water; absent velocity (m/s): that of all water.
+struct WaterBox : BoxSpec {
+  std::optional<Vec3> velocity = {};
+};
+struct WaterBall : SphereSpec {
+  std::optional<Vec3> velocity = {};
+};
+
 /// Where the water is at the start: the union of everything given.
 struct WaterSpec {
   bool full = true;             // no [fluid] water: the whole tank
   std::optional<double> level;  // height above the floor of the tank, m
-  std::vector<BoxSpec> boxes;
-  std::vector<SphereSpec> spheres;
+  std::vector<WaterBox> boxes;
+  std::vector<WaterBall> spheres;
   std::string mesh;  // path of a closed surface, or ""
 };
 
@@ -44,7 +52,8 @@ struct FluidSpec {
   Vec3 origin = Vec3::Zero();  // low corner of the tank, m
   double density = 1000.0;     // kg/m^3
   WaterSpec water;
-  Sides open{};  // order of enum Side
+  Vec3 velocity = Vec3::Zero();  // of the water at the start, m/s
+  Sides open{};                  // order of enum Side
   Damping damping;
   int particles_per_cell = 0;  // 0: plain level set
   bool spray = false;

@@ -191,17 +191,17 @@ void run_scenes(unsigned first, int count, int most_cells, double end, int more,
   expect_at_most("scenes whose energy rises by more than 0.5 %", rising, more);
 }
 
-// No miss here. Measured: 0.19 %, 1.68 for the speed.
+// No miss here. Measured: 0.16 %.
 TEST(RandomScenes, ObeyTheLaws) { run_scenes(1, 40, 20, 0.8, 0, 0.005); }
 // Streams that strike light soft bodies at CFL 4. In 1092 the body was thrown off in the first step
 // (20.5 for the speed [D58]), in 1289 the energy rose by 815 % [D63]. Measured: 1.1, 1.3 (before
 // [D83] 2.9, 3.0); no rise.
 TEST(RandomScenes, LightBodyInAStreamIsNotThrownOff) { run_scenes(1092, 1, 32, 0.1, 0, 0.005); }
 TEST(RandomScenes, LightBodyInAStreamAtALongStep) { run_scenes(1289, 1, 32, 0.5, 0, 0.005); }
-// Measured in 1200 to 1399: two rise by 1.18 and 0.52 %, 2.4 for the speed (before [D83] 1.32 %, a light
-// body that leaves the water at CFL 4, and 4.2).
+// Measured in all thousand: one rises by 0.80 % (1788), the next by 0.50 %; 3.8 for the speed (before
+// eddies were damped to the walls [D22] five, 1.3 %).
 class RandomScenesFrom : public testing::TestWithParam<unsigned> {};
-TEST_P(RandomScenesFrom, ObeyTheLaws) { run_scenes(GetParam(), 200, 32, 1.5, 4, 0.03); }
+TEST_P(RandomScenesFrom, ObeyTheLaws) { run_scenes(GetParam(), 200, 32, 1.5, 2, 0.02); }
 INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesFrom, testing::Values(1000, 1200, 1400, 1600, 1800),
                          testing::PrintToStringParamName());
 

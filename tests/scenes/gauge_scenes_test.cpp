@@ -42,6 +42,45 @@ TEST(GaugeScenes, ATableHasARowAStepAndGoesOnWhereItStopped) {
   EXPECT_FALSE(std::filesystem::exists(run + "/gauges.csv"));
 }
 
+// A full tank of moving water whose ends are open is a piece of a stream: it goes on as it is.
+TEST(GaugeScenes, AStreamThroughOpenSidesGoesOn) {
+  const SceneFolder folder("stream");
+  const std::string scene = folder.path() + "/stream.scene.toml";
+  std::ofstream(scene) << "schema = 1\ntime = { end = 2, fps = 24 }\n[fluid]\n"
+                          "grid = [16, 8, 8]\ncell = \"1/8\"\nvelocity = [1, 0, 0]\n"
+                          "walls = { xmin = \"open\", xmax = \"open\" }\n[output]\nframes = []\n"
+                          "[[gauge]]\npoint = [1.1, 0.4, 0.3]\n";
+  ASSERT_EQ(folder.run(scene), 0);
+  const CsvTable table = folder.table("gauges.csv");
+  ASSERT_GT(table.rows(), 10u);
+  for (std::size_t n = 0; n < table.rows(); ++n) {
+    EXPECT_NEAR(table.column("g1_vx")[n], 1.0, 1e-9);
+    EXPECT_NEAR(table.column("g1_vy")[n], 0.0, 1e-9);
+    EXPECT_NEAR(table.column("g1_vz")[n], 0.0, 1e-9);
+  }
+}
+
+// A ball of water thrown without gravity keeps its momentum until it meets the wall.
+TEST(GaugeScenes, ThrownWaterKeepsItsMomentum) {
+  const SceneFolder folder("thrown");
+  const std::string scene = folder.path() + "/thrown.scene.toml";
+  std::ofstream(scene)
+      << "schema = 1\ngravity = [0, 0, 0]\ntime = { end = 0.4, fps = 24 }\n[fluid]\n"
+         "grid = [24, 16, 16]\ncell = \"1/16\"\nwater = { spheres = "
+         "[{ centre = [0.4, 0.5, 0.5], radius = 0.25, velocity = [1, 0.2, -0.1] }] }\n"
+         "walls = { zmax = \"open\" }\n[output]\nframes = []\n";
+  ASSERT_EQ(folder.run(scene), 0);
+  const CsvTable table = folder.table("stats.csv");
+  const double mass = 1000.0 * (table.column("water_volume").front());
+  double worst = 0.0;
+  for (std::size_t n = 0; n < table.rows(); ++n)
+    worst = std::max({worst, std::abs(table.column("water_px")[n] / mass - 1.0),
+                      std::abs(table.column("water_py")[n] / mass - 0.2),
+                      std::abs(table.column("water_pz")[n] / mass + 0.1)});
+  std::printf("measured: %.1e m/s\n", worst);
+  EXPECT_LT(worst, 5e-7);
+}
+
 }  // namespace
 }  // namespace archetide
 

@@ -38,8 +38,8 @@ TEST(InitialWater, FullAndDryTanksHaveNoSurface) {
 
 TEST(InitialWater, ShapesAreExactDistancesAndTheirUnion) {
   FluidSpec fluid = tank();
-  fluid.water.boxes = {{Vec3(1, 2, 3), Vec3(2, 3, 4)}};
-  fluid.water.spheres = {{Vec3(5, 4, 5), 0.7}};
+  fluid.water.boxes = {{{Vec3(1, 2, 3), Vec3(2, 3, 4)}}};
+  fluid.water.spheres = {{{Vec3(5, 4, 5), 0.7}}};
   const Grid g = tank_grid(fluid);
   const Array3<double> phi = initial_fluid(fluid).phi;
   EXPECT_NEAR(phi(0, 0, 0), -0.25, 1e-15);  // a quarter metre inside the faces of the box
@@ -48,6 +48,28 @@ TEST(InitialWater, ShapesAreExactDistancesAndTheirUnion) {
   const Vec3 x = g.cell_centre(7, 3, 3);
   EXPECT_NEAR(phi(7, 3, 3), (x - Vec3(5, 4, 5)).norm() - 0.7, 1e-15);
   EXPECT_NEAR(highest_water(fluid), 5.7, 1e-15);
+}
+
+// A pool that streams, a box in it with a velocity of its own, a ball above that falls, a second box
+// without one; faces in the air have that of the nearest water.
+TEST(InitialWater, ShapesHaveVelocitiesOfTheirOwn) {
+  FluidSpec fluid = tank();
+  EXPECT_EQ(initial_fluid(fluid).u[0].size(), 0u);  // at rest
+  fluid.velocity = Vec3(1, 0, 0);
+  fluid.water.level = 1.0;
+  fluid.water.boxes = {{{Vec3(1, 2, 3), Vec3(2, 3, 3.5)}, Vec3(0, 2, 0)},
+                       {{Vec3(1, 5, 3), Vec3(2, 6, 4.5)}}};
+  fluid.water.spheres = {{{Vec3(4, 4, 5.5), 0.4}, Vec3(0, 0, -3)}};
+  const Grid g = tank_grid(fluid);
+  const MacField u = initial_fluid(fluid).u;
+  EXPECT_EQ(interpolate(g, u, Vec3(1.5, 2.5, 3.25)), Vec3(0, 2, 0));
+  EXPECT_EQ(interpolate(g, u, Vec3(4.5, 4.5, 3.25)), Vec3(1, 0, 0));
+  EXPECT_EQ(interpolate(g, u, Vec3(1.5, 5.5, 4.0)), Vec3(1, 0, 0));
+  EXPECT_EQ(interpolate(g, u, Vec3(4.0, 4.0, 5.5)), Vec3(0, 0, -3));
+  EXPECT_EQ(interpolate(g, u, Vec3(4.0, 4.0, 5.2)), Vec3(0, 0, -3));  // air under the ball
+  fluid.water = WaterSpec();
+  const MacField full = initial_fluid(fluid).u;
+  EXPECT_EQ(interpolate(g, full, Vec3(3.3, 4.1, 5.2)), Vec3(1, 0, 0));
 }
 
 // A closed box as a mesh, outward.
@@ -76,7 +98,7 @@ TEST(InitialWater, AMeshGivesTheSameDistanceAsTheSameBox) {
   fluid.cells = Vec3i(g.nx, g.ny, g.nz);
   fluid.cell = g.dx;
   fluid.water.full = false;
-  fluid.water.boxes = {{low, high}};
+  fluid.water.boxes = {{{low, high}}};
   const Array3<double> box = initial_fluid(fluid).phi;
   for (std::size_t n = 0; n < phi.size(); ++n) {
     ASSERT_NEAR(phi[n], std::clamp(box[n], -0.3, 0.3), 1e-12) << n;  // exact within three cells

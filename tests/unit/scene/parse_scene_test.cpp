@@ -32,14 +32,15 @@ grid = [4, 8, 16]
 cell = "1/8"
 origin = [-1, 0, 1]
 density = 900.0
+velocity = [0.5, 0, -1]
 walls = { xmin = "open", xmax = "open", ymin = "open", ymax = "open", zmin = "open", zmax = "open" }
 particles = { per_cell = 16, spray = true }
 beach = { xmin = 0.0625, xmax = 0.125, ymin = 0.03125, ymax = 0.25, rate = 2.5 }
 drag = 0.125
 [fluid.water]
 level = 0.4
-boxes = [{ low = [0, 0, 0], high = [1, 1, 1] }]
-spheres = [{ centre = [1, 2, 3], radius = 0.5 }]
+boxes = [{ low = [0, 0, 0], high = [1, 1, 1], velocity = [1, 2, 3] }]
+spheres = [{ centre = [1, 2, 3], radius = 0.5, velocity = [4, 5, 6] }]
 mesh = "../meshes/drop.obj"
 [[markers]]
 count = 100
@@ -191,6 +192,9 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(s.fluid->cell, 0.125);
   EXPECT_EQ(s.fluid->origin, Vec3(-1, 0, 1));
   EXPECT_EQ(s.fluid->density, 900.0);
+  EXPECT_EQ(s.fluid->velocity, Vec3(0.5, 0, -1));
+  EXPECT_EQ(s.fluid->water.boxes.at(0).velocity, Vec3(1, 2, 3));
+  EXPECT_EQ(s.fluid->water.spheres.at(0).velocity, Vec3(4, 5, 6));
   for (const bool open : s.fluid->open) EXPECT_TRUE(open);
   EXPECT_EQ(s.fluid->particles_per_cell, 16);
   EXPECT_TRUE(s.fluid->spray);
