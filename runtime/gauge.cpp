@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/coupling/coupling.h"
+#include "runtime/fluid/sampling.h"
 
 namespace archetide {
 namespace {
@@ -18,28 +19,12 @@ std::optional<double> dynamic_pressure(const Grid& g, const Coupling& coupling, 
   const Array3<double>& phi = coupling.last_pressure(Stage::kVelocityFull);
   const Array3<CellKind>& kind = system.matrix.kind;
   if (phi.size() != kind.size()) return {};
-  int low[3];
-  double share[3];
-  for (int a = 0; a < 3; ++a) {
-    const double s = std::clamp((x[a] - g.low()[a]) / g.dx - 0.5, 0.0, g.size(a) - 1.0);
-    low[a] = std::min(static_cast<int>(s), std::max(g.size(a) - 2, 0));
-    share[a] = s - low[a];
-  }
-  double sum = 0.0, weight = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    double w = 1.0;
-    int at[3];
-    for (int a = 0; a < 3; ++a) {
-      const int up = corner >> a & 1;
-      at[a] = std::min(low[a] + up, g.size(a) - 1);
-      w *= up ? share[a] : 1.0 - share[a];
-    }
-    if (kind(at[0], at[1], at[2]) != CellKind::kUnknown) continue;
-    sum += w * phi(at[0], at[1], at[2]), weight += w;
-  }
-  constexpr double kLeast = 1e-9;  // weights below are round-off of a point between two centres
-  if (weight < kLeast) return {};
-  return sum / weight * g.dx / dt + system.surface_mean;
+  Slot slot[3];
+  for (int a = 0; a < 3; ++a) slot[a] = clamped_slot((x[a] - g.low()[a]) / g.dx - 0.5, g.size(a));
+  const double mean = mean_where(
+      Lattice(phi), slot, [&](std::size_t n) { return kind[n] == CellKind::kUnknown; }, NAN);
+  if (std::isnan(mean)) return {};
+  return mean * g.dx / dt + system.surface_mean;
 }
 
 // z of the highest surface on the vertical line through x.

@@ -328,6 +328,13 @@ void WaterStep::extrapolate(const Coupling& coupling, const std::vector<MacField
   }
 }
 
+// Of the faces that the last solve is continued to: narrow ones are as good as solved, and those
+// that solids close are told apart.
+void WaterStep::mark_for_advection(const Coupling& coupling) {
+  for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
+  mark_closed_faces(grid_, coupling.open(), valid_);
+}
+
 // Beside the advection, on the same faces. Returns what it takes, J.
 double WaterStep::damp_water(double dt, MacField& u) const {
   if (!options_.damping.any()) return 0.0;
@@ -438,8 +445,7 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   extrapolate(coupling, {&push_, &u_half_});
   mean_push_ = mean_size(push_, valid_);
   narrow_ = settle_before(coupling.narrow_faces(), u_half_, push_);
-  for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
-  mark_closed_faces(grid_, coupling.open(), valid_);
+  mark_for_advection(coupling);
   hidden_ = hidden_flow(coupling, u_half_);
 }
 
@@ -531,8 +537,7 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
     extrapolate(coupling, {&fluid_.u});
   }
   narrow_ = settle_after(coupling.narrow_faces(), fluid_.u);
-  for (const NarrowFace& f : coupling.narrow_faces()) valid_[f.axis][f.face] = 1;
-  mark_closed_faces(grid_, coupling.open(), valid_);
+  mark_for_advection(coupling);
   if (single()) hidden_ = hidden_flow(coupling, fluid_.u);
 }
 

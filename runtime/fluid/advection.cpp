@@ -140,20 +140,6 @@ void path_end(const Grid& g, const MacField& u, const MacSampler& sampler, int i
   sampler.slots<A>(y, s);
 }
 
-// Weighted mean over the valid corners; `otherwise` when there are none.
-double valid_mean(const Lattice& f, const unsigned char* valid, const Slot s[3], double otherwise) {
-  const std::size_t n = f.base(s[0], s[1], s[2]);
-  double sum = 0.0, weight = 0.0;
-  for (int c = 0; c < 8; ++c) {
-    const std::size_t m = n + (c & 1 ? f.sx : 0) + (c & 2 ? f.sy : 0) + (c & 4 ? f.sz : 0);
-    if (!valid[m]) continue;
-    const double w = (c & 1 ? s[0].f : 1 - s[0].f) * (c & 2 ? s[1].f : 1 - s[1].f) *
-                     (c & 4 ? s[2].f : 1 - s[2].f);
-    sum += w * f.values[m], weight += w;
-  }
-  return weight > 1e-12 ? sum / weight : otherwise;
-}
-
 bool all_ones(const unsigned char* m) {
   std::uint64_t bytes;
   static_assert(sizeof(bytes) == kBlock);
@@ -460,8 +446,10 @@ class ComponentAdvection {
     scratch.foot[n] = static_cast<int>(base);
     scratch.side[n] = kAtFoot;
     hat_valid[n] = whole[base];
-    scratch.hat[n] = whole[base] ? source.at(base, s[0].f, s[1].f, s[2].f)
-                                 : valid_mean(source, valid.data(), s, f[n]);
+    scratch.hat[n] = whole[base]
+                         ? source.at(base, s[0].f, s[1].f, s[2].f)
+                         : mean_where(
+                               source, s, [this](std::size_t m) { return valid[m] != 0; }, f[n]);
   }
 
   // Eq. W2.

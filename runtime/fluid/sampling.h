@@ -83,6 +83,22 @@ struct Lattice {
   static Pair blend(Pair a, Pair b, double f) { return a + f * (b - a); }
 };
 
+/// Trilinear mean over the corners of a cell, by index in the array, that count; `otherwise` when
+/// none does.
+template <class Counts>
+double mean_where(const Lattice& f, const Slot s[3], const Counts& counts, double otherwise) {
+  const std::size_t n = f.base(s[0], s[1], s[2]);
+  double sum = 0.0, weight = 0.0;
+  for (int c = 0; c < 8; ++c) {
+    const std::size_t m = n + (c & 1 ? f.sx : 0) + (c & 2 ? f.sy : 0) + (c & 4 ? f.sz : 0);
+    if (!counts(m)) continue;
+    const double w = (c & 1 ? s[0].f : 1 - s[0].f) * (c & 2 ? s[1].f : 1 - s[1].f) *
+                     (c & 4 ? s[2].f : 1 - s[2].f);
+    sum += w * f.values[m], weight += w;
+  }
+  return weight > 1e-12 ? sum / weight : otherwise;
+}
+
 /// Three numbers, one an axis, in one register; the fourth is 0. (Passed by reference: without AVX
 /// in the flags the calling convention differs.)
 typedef double Axes __attribute__((vector_size(32)));

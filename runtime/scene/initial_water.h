@@ -17,8 +17,9 @@ double highest_water(const FluidSpec& fluid);
 /// for the water of a mesh.
 double water_distance(const FluidSpec& fluid, const Vec3& x);
 
-/// Water with its velocities (no field: at rest): phi is the signed distance to the union of everything the scene gives, no grid
-/// cells means no tank. A full tank and a dry one lie a whole tank away from any surface.
+/// Water with its velocities (no field: at rest): phi is the signed distance to the union of
+/// everything the scene gives, no grid cells means no tank. A full tank and a dry one lie a whole
+/// tank away from any surface.
 FluidState initial_fluid(const std::optional<FluidSpec>& fluid);
 
 /// phi <- min(phi, distance to a closed outward surface), exact within three cells of it.

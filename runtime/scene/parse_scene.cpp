@@ -137,14 +137,11 @@ Gauge parse_gauge(const Section& s, const SceneSpec& scene, Complaints& bad) {
     bad.push_back(s.error("", "a gauge needs water", "give [fluid]"));
     return gauge;
   }
-  const FluidSpec& fluid = *scene.fluid;
-  const Vec3 high = fluid.origin + fluid.cell * fluid.cells.cast<double>();
-  if ((gauge.point.array() < fluid.origin.array()).any() ||
-      (gauge.point.array() > high.array()).any())
-    bad.push_back(s.error(
-        "point", "the gauge is not in the tank",
-        fmt::format("that reaches from ({:f}, {:f}, {:f}) to ({:f}, {:f}, {:f})", fluid.origin[0],
-                    fluid.origin[1], fluid.origin[2], high[0], high[1], high[2])));
+  const Vec3 low = scene.fluid->origin, high = scene.fluid->high();
+  if ((gauge.point.array() < low.array()).any() || (gauge.point.array() > high.array()).any())
+    bad.push_back(s.error("point", "the gauge is not in the tank",
+                          fmt::format("that reaches from ({:f}, {:f}, {:f}) to ({:f}, {:f}, {:f})",
+                                      low[0], low[1], low[2], high[0], high[1], high[2])));
   return gauge;
 }
 
