@@ -213,9 +213,11 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
                         HalfStep& half, const std::vector<VecX>& drive, StepAttempt& attempt) {
   StepReport& report = attempt.report;
   std::vector<StageBody> stage;
-  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     stage.push_back({&s.bodies[b], half.middle[b], half.read_points[b], false, half.held[b],
                      half.reaction[b], drive[b]});
+    stage.back().returns_flux = s.bodies[b].r > 0 && s.options.scheme == Scheme::kNewmark;
+  }
   move_water(s, dt, stage);
   ScopedTimer timer(s.profile, "velocities");
   std::vector<StageResult> results;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/exception_carrier.h"
+#include "runtime/coupling/returned_flux.h"
 #include "runtime/cut_cells/flux_columns.h"
 #include "runtime/cut_cells/lost_flux.h"
 #include "runtime/numerics/parallel.h"
@@ -304,6 +305,7 @@ SolveReport CoupledSolver::find_pressure(const Grid& g, const PressureSystem& s,
   CoupledPcgOptions pcg_options;
   for (const CoupledBody& body : bodies) pcg_options.y.push_back(body.motion(body.y));
   operator_.scatter(pcg_options.y, 1.0, rhs_.data());
+  return_flux(operator_, g.dx, bodies, rhs_.data());
 
   // Below this the right-hand side is round-off of the hydrostatic terms: a still tank is not
   // iterated on.

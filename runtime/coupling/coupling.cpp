@@ -157,6 +157,8 @@ void Coupling::start_body(Stage stage, double dt, std::size_t b, const StageBody
                           const Loads& loads, const MacField& u, CoupledBody& c, StageResult& out) {
   move_freely(stage, dt, b, in, loads, out);
   c.y_star = out.motion.y_star;
+  if (in.returns_flux && wet() && options_.geometry == Geometry::kCutCell)
+    c.y_before = generalised_velocity(*in.body, out.motion.terms);
   if (in.body->nodes) {
     start_nodes(b, out.motion.H, u, c);
   } else {

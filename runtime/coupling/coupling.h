@@ -45,6 +45,7 @@ struct StageBody {
   VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
   VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
   const ReducedBody* met = nullptr;  // the body where the water meets it; null: where it is
+  bool returns_flux = false;         // velocity stage: to closed water [D87]
 };
 
 /// What the solve did to a body. P and L of the body change by delta_P and delta_L.

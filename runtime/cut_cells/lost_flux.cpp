@@ -91,7 +91,7 @@ void settle_lost_flux(const PoissonMatrix& matrix, const ClosedComponents& close
   if (lost.empty()) return;
   const bool shut_in =
       !kept.empty() && !closed.empty() && std::ranges::all_of(kept, [&](std::size_t m) {
-        return closed.hold(static_cast<std::size_t>(flux.cell[m]));
+        return closed.region(static_cast<std::size_t>(flux.cell[m])) >= 0;
       });
   if (!shut_in) {
     if (inside.size() < flux.cell.size()) flux = columns(flux, inside);

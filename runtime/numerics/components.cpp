@@ -159,11 +159,13 @@ void ClosedComponents::setup(const PoissonMatrix& matrix) {
   setup(op);
 }
 
-bool ClosedComponents::hold(std::size_t cell) const {
-  return std::ranges::any_of(cells_of_, [cell](const Blocks& of) {
+int ClosedComponents::region(std::size_t cell) const {
+  const auto holds = [cell](const Blocks& of) {
     const auto after = std::ranges::upper_bound(of.ranges, cell, {}, &Blocks::Range::begin);
     return after != of.ranges.begin() && cell < std::prev(after)->end;
-  });
+  };
+  const auto found = std::ranges::find_if(cells_of_, holds);
+  return found == cells_of_.end() ? -1 : static_cast<int>(found - cells_of_.begin());
 }
 
 double ClosedComponents::mean(std::size_t c, const double* v) const {

@@ -24,8 +24,8 @@ class ClosedComponents {
   /// Number of cells of component c.
   std::size_t size(std::size_t c) const { return cells_of_[c].entries; }
 
-  /// Whether any of them holds the cell.
-  bool hold(std::size_t cell) const;
+  /// The component that holds the cell, or -1.
+  int region(std::size_t cell) const;
 
   /// The mean of v over component c.
   double mean(std::size_t c, const double* v) const;

@@ -22,6 +22,7 @@ struct CoupledBody {
   VecX y;             // result: y* - H^-1 F^T dt p' (with rows their constrained inverse)
   VecX impulse;       // result: -F^T dt p', generalised impulse of the dynamic pressure, N s
   std::shared_ptr<const NodalBody> nodes = nullptr;  // a body of nodes
+  VecX y_before = VecX();  // 6 + r, of the step's start where closed water asks for it; else empty
 
   /// H^-1 f, 6 + r.
   VecX answer(const VecX& f) const { return nodes ? VecX(nodes->answer(f)) : inverse_mass * f; }
