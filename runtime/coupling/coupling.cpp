@@ -227,6 +227,21 @@ void Coupling::assemble(const FreeSurface& surface) {
   assemble_pressure_system(g, surface, open_, options_.open_side, options_.hydrostatics, solids,
                            system_, &changed_);
   changed_.clear();
+  if (!system_.meets_air) refer_to_bodies();
+}
+
+// In water that meets no air the constant of the hydrostatic pressure is free. It is 0 in the mean of
+// the soft bodies: as a load it would follow their shape in another way than the solve's own pressure
+// does, which takes it back [D87].
+void Coupling::refer_to_bodies() {
+  Vec3 sum = Vec3::Zero();
+  double volume = 0.0;
+  for (const BodySurface& s : surfaces_) {
+    if (s.body->r == 0) continue;
+    sum += s.body->archetype->volume * s.centre;
+    volume += s.body->archetype->volume;
+  }
+  if (volume > 0.0) system_.hydrostatics.reference = sum / volume;
 }
 
 // Eq. 40: what the body received beyond its forces is H (y - y*): dynamic pressure, the water

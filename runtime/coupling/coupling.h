@@ -170,6 +170,7 @@ class Coupling {
   void meet_water(Stage stage, double dt, const FreeSurface& surface,
                   const std::vector<StageBody>& bodies);
   void assemble(const FreeSurface& surface);
+  void refer_to_bodies();
   const InnerFlow& inner_flow_of(const Archetype& archetype);
   void move_freely(Stage stage, double dt, std::size_t b, const StageBody& in, const Loads& loads,
                    StageResult& out) const;

@@ -408,6 +408,7 @@ void take_out_mean(const std::vector<PlaneSums>& sums, PressureSystem& s) {
     total += p.value, faces += p.faces, s.unknowns += p.unknowns;
     s.at_surface.insert(s.at_surface.end(), p.at_surface.begin(), p.at_surface.end());
   }
+  s.meets_air = faces > 0;
   s.surface_mean = faces ? total / static_cast<double>(faces) : 0.0;
   for (const std::size_t n : s.at_surface) s.surface_rhs[n] -= s.surface_mean * s.surface_weight[n];
 }

@@ -63,6 +63,7 @@ struct PressureSystem {
   Array3<double> surface_weight;        // per cell, sum over Dirichlet faces of w/theta
   std::vector<std::size_t> at_surface;  // cells that may have such terms; 0 elsewhere
   double surface_mean = 0.0;            // mean over Dirichlet faces of p'_I / rho, m^2/s^2
+  bool meets_air = false;               // whether there are Dirichlet faces
   std::size_t unknowns = 0;
   std::vector<RowKind> rows;  // of the last assembly, (j, k), j fastest; the next one builds on it
 
