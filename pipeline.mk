@@ -350,7 +350,7 @@ check-scenes: | $(ARCHETIDE_SIM) bodies
 # The first thing to try: two of the paper's scenes, coarse, with films and a report, in OUT/demo.
 ARCHETIDE_DEMO = $(ARCHETIDE_MAKE) OUT='$(OUT)/demo' RENDER='--size 640x360' \
   SETS_tub='fluid.grid=[48,48,48] fluid.cell=1/48' \
-  SETS_buoyancy='fluid.grid=[100,20,55] fluid.cell=0.05 time.end=10'
+  SETS_buoyancy='fluid.grid=[100,20,55] fluid.cell=0.05 time.end=5'
 demo: build
 	+$(ARCHETIDE_DEMO) film/tub
 	+$(ARCHETIDE_DEMO) film/buoyancy
