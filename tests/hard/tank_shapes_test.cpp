@@ -563,11 +563,11 @@ TEST(SlowH29MirrorSymmetry, AsymmetryGrowsWithParticles) {
 }
 
 // A splash is chaotic: what round-off begins grows by two to four digits a second once the waves
-// break. Known miss of 1e-10 over 5 s: measured 3e-9 after 0.3 s, 7e-8 after 1 s, and 7e-5 to 1.1e-3
-// after 5 s from version to version of the program.
+// break. Known miss of 1e-10 over 5 s: measured 3e-9 after 0.3 s, 7e-8 after 1 s, and 7e-5 to 5.0e-3
+// after 5 s from version to version of the program (the most since waves last longer [D22]).
 TEST(SlowH29MirrorSymmetry, AsymmetryGrowsSlowly) {
   expect_at_most("asymmetry of the bodies after 1 s, m", mirror_asymmetry(700.0, 1.0), 2e-7);
-  expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(700.0, 5.0), 3e-3);
+  expect_at_most("asymmetry of the bodies after 5 s, m", mirror_asymmetry(700.0, 5.0), 1.5e-2);
 }
 
 // The same from any number of threads: balls as contacts, particles and cut cells go; a soft block
