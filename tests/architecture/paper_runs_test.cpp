@@ -118,6 +118,15 @@ TEST_F(PaperRuns, AStoppedRunStopsAllAndGoesOnLater) {
   EXPECT_TRUE(source_tree::holds(said, "-o out/two ")) << said;
 }
 
+TEST_F(PaperRuns, ARunThatFilledTheDiskGoesOn) {
+  write("out/one.end", "5");
+  asked("SCENES=one");
+  EXPECT_EQ(code_, 3);
+  fs::remove(top_ / "out/one.end");  // the same programs
+  EXPECT_TRUE(source_tree::holds(asked("SCENES=one"), "-o out/one --resume auto"));
+  EXPECT_EQ(code_, 0);
+}
+
 TEST_F(PaperRuns, AnUnknownNameIsRefused) {
   EXPECT_EQ(asked("SCENES='one three'"), "");
   EXPECT_EQ(code_, 2);

@@ -2,7 +2,7 @@
 # The scenes of the paper, one after another: run_paper.sh LIST BIN_FOLDER ASSETS ARCHETYPES OUT_FOLDER; LIST: scenes.txt.
 # Runs and films in OUT_FOLDER/NAME, the page OUT_FOLDER/index.html and the table OUT_FOLDER/paper.md, written again after
 # each run. A run that has ended, well or not, with this scene and these settings is not run again (a failed one is, by
-# other programs); an interrupted one goes on.
+# other programs); one that was interrupted, or for which the disk was full (exit 5), goes on.
 # SCENES='tub tori50': only these. QUICK=1: coarse grids and short times, minutes. THREADS: of a run.
 # RENDER: options of `archetide-sim render`.
 # Exit 3 when a run failed, with the page written; 75 when one was stopped.
@@ -31,7 +31,7 @@ ended() {  # run folder, scene file, settings
     [ ! "$archetypes/$body.h5" -nt "$1.settings" ] || return 1
   done
   [ ! -e "$1/done.stamp" ] || return 0
-  [ -e "$1.failed" ] && [ ! "$bin/archetide-sim" -nt "$1.failed" ]
+  [ -e "$1.failed" ] && [ "$(cat "$1.failed")" != 5 ] && [ ! "$bin/archetide-sim" -nt "$1.failed" ]
 }
 
 # Runs the scene; the exit code of the simulator.
