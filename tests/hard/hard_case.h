@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -20,6 +21,19 @@ inline void expect_at_most(const char* what, double value, double bound) {
   std::printf("measured: %s = %.3g (at most %.3g)\n", what, value, bound);
   EXPECT_TRUE(value <= bound) << what << " is " << value;
 }
+
+/// How far the energy of a run has risen above what it was before, J.
+class EnergyRise {
+ public:
+  void see(const StepReport& r) {
+    lowest_ = std::min(lowest_, r.energy());
+    largest_ = std::max(largest_, r.energy() - lowest_);
+  }
+  double largest() const { return largest_; }
+
+ private:
+  double lowest_ = INFINITY, largest_ = 0.0;
+};
 
 /// A tank of 1 m^3 with n^3 cells and an open top; water or dry.
 inline SimulationOptions unit_tank(int n, bool water = true) {

@@ -93,15 +93,16 @@ Leap leap(int cells, double ratio) {
                {rigid_ball(kRadius, 1000.0 * ratio, Vec3(.5, .5, kStart))}, {});
   const double mass = body_mass(s.bodies()[0]), displaced = mass / ratio;
   const double work = kGravity * (displaced - mass) * (kLevel - kRadius - kStart);
-  double lowest = INFINITY, under = 0.0, fastest = 0.0;
+  double under = 0.0, fastest = 0.0;
+  EnergyRise rise;
   Leap out{};
   run_to(s, 0.45, kDt, [&](const StepReport& r) {
-    lowest = std::min(lowest, r.energy());
-    out.rise = std::max(out.rise, (r.energy() - lowest) / work);
+    rise.see(r);
     const double speed = velocity_of(s.bodies()[0])[2];
     if (s.bodies()[0].position[2] < kLevel - kRadius) under = std::max(under, speed);
     fastest = std::max(fastest, speed);
   });
+  out.rise = rise.largest() / work;
   out.speed_up = fastest / under;
   return out;
 }

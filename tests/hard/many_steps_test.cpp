@@ -105,14 +105,14 @@ Calming calm_down(SimulationOptions o, FluidState water, int steps) {
   o.tolerance = 1e-8;
   Simulation s(o, std::move(water), {}, {});
   Calming c;
-  double lowest = INFINITY;
+  EnergyRise rise;
   for (int n = 0; n < steps; ++n) {
     const StepReport r = s.step(0.02);
     c.last = r.water_kinetic;
     c.motion = std::max(c.motion, c.last);
-    lowest = std::min(lowest, r.energy());
-    c.rise = std::max(c.rise, r.energy() - lowest);
+    rise.see(r);
   }
+  c.rise = rise.largest();
   return c;
 }
 
