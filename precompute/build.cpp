@@ -12,6 +12,7 @@
 #include "common/files/make_word.h"
 #include "common/files/surface_io.h"
 #include "common/mesh/mesh_sdf.h"
+#include "common/params/cli.h"
 #include "precompute/base/child_process.h"
 #include "precompute/base/defects.h"
 #include "precompute/base/joined.h"
@@ -68,7 +69,7 @@ BodyMesh mesh_from_tets(const Recipe& recipe, Profile& profile) {
 
 /// What the recipe's cuts leave, accepted like any other surface.
 TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, double& cpu_seconds,
-                    IntakeReport& report, Log& log, Profile& profile) {
+                    IntakeReport& report, Profile& profile) {
   const ScopedTimer timer(profile, "cut");
   const double volume = report.volume;
   const auto cut = [&](IntakeReport& found) {
@@ -82,7 +83,7 @@ TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, double& cpu_seco
   try {
     TriMesh surface = in_time("cutting " + counted(whole.triangles.size(), "face", "faces"),
                               cpu_seconds, report, cut);
-    log.say(joined<4>("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
+    log_info(joined<4>("cut: ", 100.0 * report.volume / volume, " % of ", volume, " m^3"));
     return surface;
   } catch (const OutOfTime& error) {
     throw InputError({Diagnostic{recipe.cuts.front().where, error.what(), kOutOfTimeHint}});
@@ -94,7 +95,7 @@ TriMesh cut_surface(const Recipe& recipe, const TriMesh& whole, double& cpu_seco
   }
 }
 
-BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
+BodyMesh mesh_from_surface(const Recipe& recipe, Profile& profile) {
   BodyMesh body;
   demand_memory(
       least_memory(recipe.tet.target, recipe.tet.order, recipe.modes.count),
@@ -112,11 +113,11 @@ BodyMesh mesh_from_surface(const Recipe& recipe, Log& log, Profile& profile) {
     const ScopedTimer timer(profile, "intake");
     surface = accept_surface(file, recipe.scale, recipe.repair, meshing.cpu_seconds, body.intake);
   }
-  for (const std::string& note : body.intake.notes()) log.say(recipe.mesh_path + ": " + note);
+  for (const std::string& note : body.intake.notes()) log_info(recipe.mesh_path + ": " + note);
   if (!recipe.cuts.empty())
-    surface = cut_surface(recipe, surface, meshing.cpu_seconds, body.intake, log, profile);
-  log.say(joined<4>("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
-                    " faces, volume ", body.intake.volume, " m^3"));
+    surface = cut_surface(recipe, surface, meshing.cpu_seconds, body.intake, profile);
+  log_info(joined<4>("surface: ", body.intake.vertices, " vertices, ", body.intake.faces,
+                     " faces, volume ", body.intake.volume, " m^3"));
   const ScopedTimer timer(profile, "mesh");
   TetrahedralizeResult result = tetrahedralize(surface, meshing);
   body.tets = std::move(result.mesh);
@@ -200,18 +201,19 @@ void sample_surface(Archetype& a, Profile& profile) {
   a.sdf = sample_distance(a.surface);
 }
 
-void warn_about_modes(const ModesResult& modes, int wanted, Log& log) {
+void warn_about_modes(const ModesResult& modes, int wanted) {
   if (modes.slow_blas) {
-    log.warn("the reference BLAS (" + modes.blas +
-             ") is 4 to 10 times slower; install libopenblas0-pthread");
+    log_warning("the reference BLAS (" + modes.blas +
+                ") is 4 to 10 times slower; install libopenblas0-pthread");
   }
   if (modes.cluster_cut) {
-    log.warn(joined<4>("no gap of the frequencies near modes.count: the last mode has a neighbour ",
-                       100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
+    log_warning(
+        joined<4>("no gap of the frequencies near modes.count: the last mode has a neighbour ",
+                  100 * modes.cluster_gap, " % above it, so the basis depends on the mesh"));
   } else if (modes.vibration_modes() != wanted) {
-    log.warn(joined<4>("modes.count = ", wanted,
-                       " cuts through a cluster of equal frequencies; kept ",
-                       modes.vibration_modes(), " modes, whole clusters"));
+    log_warning(joined<4>("modes.count = ", wanted,
+                          " cuts through a cluster of equal frequencies; kept ",
+                          modes.vibration_modes(), " modes, whole clusters"));
   }
 }
 
@@ -236,16 +238,16 @@ void take_modes(ModesResult&& modes, Archetype& a) {
 }
 
 /// What the runtime needs for large deformation of nonlinear bodies: an energy.
-void describe_deformation(const MaterialField& materials, bool nonlinear, Archetype& a, Log& log,
+void describe_deformation(const MaterialField& materials, bool nonlinear, Archetype& a,
                           Profile& profile) {
   if (!nonlinear || a.r() == 0) return;
   const ScopedTimer timer(profile, "cubature");
   TrainedCubature trained = train_cubature(a.tets, materials, a.node_modes, a.K_r, {});
   const DeflectionError error =
       cubature_error(a.tets, materials, a.node_modes, a.K_r, trained.energy);
-  log.say(joined<3>("elastic energy: ", trained.energy.points(),
-                    " cubature points; deflections by 10 to 30 % of the size are ",
-                    100 * error.mean, " % off in the mean, ", 100 * error.worst, " % at most"));
+  log_info(joined<3>("elastic energy: ", trained.energy.points(),
+                     " cubature points; deflections by 10 to 30 % of the size are ",
+                     100 * error.mean, " % off in the mean, ", 100 * error.worst, " % at most"));
   a.elastic = std::move(trained.energy);
 }
 
@@ -273,32 +275,32 @@ std::string modes_line(const Archetype& a) {
 
 }  // namespace
 
-BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile) {
+BodyMesh mesh_body(const Recipe& recipe, Profile& profile) {
   return blaming(recipe, [&] {
     if (is_tet_file(recipe.mesh_path)) return mesh_from_tets(recipe, profile);
-    if (is_surface_file(recipe.mesh_path)) return mesh_from_surface(recipe, log, profile);
+    if (is_surface_file(recipe.mesh_path)) return mesh_from_surface(recipe, profile);
     throw InputError(
         {Diagnostic{recipe.mesh_where, "unknown kind of mesh file \"" + recipe.mesh + "\"",
                     "use .obj, .off, .ply or .stl (surface), .msh, .vtu or .mesh (tets)"}});
   });
 }
 
-Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, BuildRecord* record) {
+Archetype build_archetype(const Recipe& recipe, Profile& profile, BuildRecord* record) {
   Archetype a;
   BuildRecord unused;
   BuildRecord& rec = record ? *record : unused;
   const auto note_memory = [&rec](const char* step) {
     rec.memory.emplace_back(step, peak_memory());
   };
-  BodyMesh body = mesh_body(recipe, log, profile);
+  BodyMesh body = mesh_body(recipe, profile);
   note_intake(body.intake, rec);
   note_memory("mesh");
   describe_material(recipe, a);
   const MaterialField materials = blaming(recipe, [&] { return take_mesh(body, recipe, a); });
-  log.say(joined<4>("tets: ", a.tets.tets.size(),
-                    a.tets.order() == 2 ? " quadratic, " : " linear, ", 3 * a.tets.nodes.size(),
-                    " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ",
-                    a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
+  log_info(joined<4>("tets: ", a.tets.tets.size(),
+                     a.tets.order() == 2 ? " quadratic, " : " linear, ", 3 * a.tets.nodes.size(),
+                     " degrees of freedom, volume ", a.volume, " m^3, smallest dihedral ",
+                     a.min_dihedral, " degrees, radius ratio ", a.min_radius_ratio));
   sample_surface(a, profile);
   note_memory("surface");
   const ModesOptions options = take_points(recipe, a);
@@ -306,12 +308,12 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
       blaming(recipe, [&] { return compute_modes(a.tets, materials, options, profile); });
   note_memory("modes");
   const int vibration = modes.vibration_modes();
-  warn_about_modes(modes, options.every_motion ? vibration : options.count, log);
+  warn_about_modes(modes, options.every_motion ? vibration : options.count);
   const MassKind mass = modes.mass;
   rec.patch_error_of_modes = modes.patch_error_of_modes;
   const DeflectionError patch_error = modes.patch_error;
   take_modes(std::move(modes), a);
-  describe_deformation(materials, options.nonlinear, a, log, profile);
+  describe_deformation(materials, options.nonlinear, a, profile);
   {
     const ScopedTimer timer(profile, "ladder");
     a.ladder = surface_ladder(a);
@@ -324,11 +326,11 @@ Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile, Buil
   if (few && recipe.clamped.empty() && !body.surface.triangles.empty())
     a.frequency_error = estimate_frequency_errors(recipe, body.surface, a.omega2.head(vibration),
                                                   int(a.tets.tets.size()), profile);
-  log.say(modes_line(a));
+  log_info(modes_line(a));
   if (patch_error.worst > 0.0)
-    log.say(joined<3>("loads on patches: small deflections ", 100 * patch_error.mean,
-                      " % off in the mean, ", 100 * patch_error.worst,
-                      " % at most; more modes tell more"));
+    log_info(joined<3>("loads on patches: small deflections ", 100 * patch_error.mean,
+                       " % off in the mean, ", 100 * patch_error.worst,
+                       " % at most; more modes tell more"));
   validate(a);
   return a;
 }

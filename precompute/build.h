@@ -6,7 +6,6 @@
 #include "common/base/profile.h"
 #include "precompute/base/build_record.h"
 #include "precompute/intake/intake.h"
-#include "precompute/log.h"
 #include "precompute/recipe.h"
 
 namespace archetide {
@@ -23,12 +22,11 @@ struct BodyMesh {
 
 /// Recipe -> tets: reads the mesh, accepts or refuses it, fills it, applies the quality gate.
 /// Phases read, intake and mesh go to `profile`.
-BodyMesh mesh_body(const Recipe& recipe, Log& log, Profile& profile);
+BodyMesh mesh_body(const Recipe& recipe, Profile& profile);
 
 /// Recipe -> archetype: the whole of the precompute except writing the file. `record` (if any) gets
 /// the peak memory after each step and what intake found.
-Archetype build_archetype(const Recipe& recipe, Log& log, Profile& profile,
-                          BuildRecord* record = nullptr);
+Archetype build_archetype(const Recipe& recipe, Profile& profile, BuildRecord* record = nullptr);
 
 /// Seconds by phase and their sum, in one line.
 std::string phase_table(const Profile& profile);

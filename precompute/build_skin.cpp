@@ -10,6 +10,7 @@
 #include "common/files/surface_io.h"
 #include "common/mesh/closest_point.h"
 #include "common/mesh/mesh_sdf.h"
+#include "common/params/cli.h"
 #include "precompute/intake/intake.h"
 #include "precompute/skin_weights.h"
 #include "precompute/surface_ladder.h"
@@ -92,7 +93,7 @@ std::vector<Share> shares(const Skin& skin) {
 
 }  // namespace
 
-Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
+Skin build_skin(const Recipe& recipe, Profile& profile) {
   Skin skin;
   skin.name = recipe.name;
   skin.generator = "archetide-precompute " ARCHETIDE_VERSION;
@@ -112,7 +113,7 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
                                   cpu_seconds, intake);
     skin.mesh_hash = sha256_of_file(recipe.mesh_path);
   }
-  for (const std::string& note : intake.notes()) log.say(recipe.mesh_path + ": " + note);
+  for (const std::string& note : intake.notes()) log_info(recipe.mesh_path + ": " + note);
   demand_points_inside(*recipe.skin, skin.surface);
   {
     const ScopedTimer timer(profile, "weights");
@@ -122,8 +123,8 @@ Skin build_skin(const Recipe& recipe, Log& log, Profile& profile) {
     const ScopedTimer timer(profile, "ladder");
     skin.ladder = surface_ladder(skin);
   }
-  log.say(fmt::format("skin: {} vertices, {} parts, {} joints", skin.surface.vertices.size(),
-                      skin.parts.size(), skin.joints.size()));
+  log_info(fmt::format("skin: {} vertices, {} parts, {} joints", skin.surface.vertices.size(),
+                       skin.parts.size(), skin.joints.size()));
   return skin;
 }
 

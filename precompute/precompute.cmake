@@ -21,6 +21,8 @@ target_link_libraries(archetide_modal PRIVATE ${OPENBLAS_LIBRARY} ${ARPACK_LIBRA
 archetide_library(archetide_inspect precompute/inspect archetide_meshing)
 archetide_library(archetide_precompute precompute archetide_modal archetide_inspect)
 
+archetide_library(archetide_precompute_commands precompute/commands archetide_precompute)
+
 add_executable(archetide-precompute precompute/main.cpp)
-target_link_libraries(archetide-precompute PRIVATE archetide_precompute)
+target_link_libraries(archetide-precompute PRIVATE archetide_precompute_commands)
 archetide_use_precompiled(archetide-precompute archetide_headers)

@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "common/params/cli.h"
 #include "common/params/param_tree.h"
 #include "precompute/base/child_process.h"
 #include "precompute/base/defects.h"
@@ -138,10 +139,10 @@ Trial build_trial(const ProposeRequest& request, const Draft& draft, Profile& pr
   recipe.mesh_where = {request.mesh};
   recipe.mesh_path = request.mesh;
   recipe.tet.cpu_seconds = request.cpu_seconds;
-  Log silent(Log::Level::kSilent);
+  const ScopedLogLevel quiet(LogLevel::kSilent);
   BuildRecord record;
   Trial trial;
-  trial.body = build_archetype(recipe, silent, profile, &record);
+  trial.body = build_archetype(recipe, profile, &record);
   trial.notes = record.notes;
   trial.patch_error_of_modes = record.patch_error_of_modes;
   return trial;
@@ -194,7 +195,7 @@ std::string in_short(const InputError& error) {
 
 /// Builds the draft; false when it was changed for another attempt, because it does not build.
 bool builds_or_changes(const ProposeRequest& request, Draft& draft, std::optional<Trial>& trial,
-                       Log& log, Profile& profile) {
+                       Profile& profile) {
   try {
     trial = build_trial(request, draft, profile);
     return true;
@@ -204,26 +205,26 @@ bool builds_or_changes(const ProposeRequest& request, Draft& draft, std::optiona
     if (!take_next_repair(request, draft)) throw;
     if (first) {
       draft.defect = "as it is: " + in_short(error);
-      log.warn(error.what());
+      log_warning(error.what());
     } else {
-      log.detail(error.what());
+      log_detail(error.what());
     }
-    log.say(std::string("trying repair = \"") + name_of(draft.repair) + "\"");
+    log_info(std::string("trying repair = \"") + name_of(draft.repair) + "\"");
   } catch (const NumericsError& error) {
     if (!take_next_numbers(request, error, draft)) throw;
-    log.warn(error.what());
-    log.say(phrase("trying repair = \"", name_of(draft.repair), "\", ", draft.target, " tets",
-                   draft.slender ? phrase(", modes.residual = ", kSlenderResidual) : ""));
+    log_warning(error.what());
+    log_info(phrase("trying repair = \"", name_of(draft.repair), "\", ", draft.target, " tets",
+                    draft.slender ? phrase(", modes.residual = ", kSlenderResidual) : ""));
   }
   return false;
 }
 
 /// The first attempt that builds; the draft is then what it was built from.
-Trial first_that_builds(const ProposeRequest& request, Draft& draft, Log& log, Profile& profile) {
+Trial first_that_builds(const ProposeRequest& request, Draft& draft, Profile& profile) {
   std::optional<Trial> trial;
-  while (!builds_or_changes(request, draft, trial, log, profile)) {
+  while (!builds_or_changes(request, draft, trial, profile)) {
   }
-  for (const std::string& note : trial->notes) log.say(request.mesh + ": " + note);
+  for (const std::string& note : trial->notes) log_info(request.mesh + ": " + note);
   return std::move(*trial);
 }
 
@@ -368,9 +369,9 @@ std::string size_warning(double size, double scale) {
   return phrase("the body is ", size, " m long", hint);
 }
 
-Proposal propose_body(const ProposeRequest& request, Log& log, Profile& profile) {
+Proposal propose_body(const ProposeRequest& request, Profile& profile) {
   Draft draft;
-  Trial trial = first_that_builds(request, draft, log, profile);
+  Trial trial = first_that_builds(request, draft, profile);
   const int modes = enough_modes(request, draft, trial, profile);
   const Archetype& a = trial.body;
   const Figures f = figures_of(trial, modes);

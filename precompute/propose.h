@@ -27,7 +27,7 @@ struct Proposal {
 /// a repair where the surface needs one, the Young's modulus of proposed_young(), and 10 modes or, up
 /// to 30, as many as bring small deflections under loads on patches within 15 %. The log gets
 /// what intake did and why an attempt failed. Throws what building the last attempt throws.
-Proposal propose_body(const ProposeRequest& request, Log& log, Profile& profile);
+Proposal propose_body(const ProposeRequest& request, Profile& profile);
 
 /// Young's modulus (Pa, two digits) of a body as soft as one that visibly bends: the deflection
 /// g / omega_1^2 of its first mode under its own weight is 4 % of `size` (longest side, m).

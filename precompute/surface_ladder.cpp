@@ -126,12 +126,12 @@ Eigen::Matrix<double, 4, Eigen::Dynamic> loads(const TriMesh& surface, const Mat
 /// Straight edges between the places of a bent mode draw it too small, and its added mass with it:
 /// gives every mode the mean square normal displacement that it has on the whole surface.
 void match_size(const Archetype& a, SurfaceRung& rung) {
-  constexpr double kLargest = 0.1;  // change; beyond it the mode hardly moves along the normal
+  constexpr double kLargestChange = 0.1;  // change; beyond it the mode hardly moves along the normal
   const VecX whole = normal_motion_squared(a.surface, a.surface_modes),
              coarse = normal_motion_squared(rung.surface, rung.modes);
   for (Eigen::Index i = 0; i < whole.size(); ++i) {
     const double scale = std::sqrt(whole[i] / coarse[i]);
-    if (std::abs(scale - 1.0) < kLargest) rung.modes.col(i) *= scale;
+    if (std::abs(scale - 1.0) < kLargestChange) rung.modes.col(i) *= scale;
   }
 }
 

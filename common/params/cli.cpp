@@ -87,7 +87,10 @@ void apply_common_options(const CommonOptions& options) {
                                   : LogLevel::kNormal);
   if (!options.log_file.empty()) open_log_file(options.log_file);
   const int threads = options.threads > 0 ? options.threads : threads_from_environment();
-  if (threads > 0) omp_set_num_threads(threads);
+  if (threads > 0)
+    omp_set_num_threads(threads);
+  else if (options.default_threads > 0)
+    omp_set_num_threads(options.default_threads);
 }
 
 LogLevel log_level() { return current_level; }
@@ -102,7 +105,12 @@ void open_log_file(const std::string& path) {
 void close_log_files() { log_files.clear(); }
 
 void log_error(const std::string& line) { write_line(line, true); }
-void log_info(const std::string& line) { write_line(line, current_level != LogLevel::kQuiet); }
+void log_warning(const std::string& line) {
+  if (current_level != LogLevel::kSilent) write_line("warning: " + line, true);
+}
+void log_info(const std::string& line) {
+  if (current_level != LogLevel::kSilent) write_line(line, current_level >= LogLevel::kNormal);
+}
 void log_detail(const std::string& line) {
   if (current_level == LogLevel::kVerbose) write_line(line, true);
 }
@@ -133,13 +141,13 @@ InputError command_line_error(const std::string& message, int argc, char** argv,
   return InputError("command line: " + message, hint + "-h lists the options");
 }
 
-int report_current_exception() {
+int report_current_exception(const std::string& less_memory) {
   try {
     throw;
   } catch (const Error& error) {
     return report(with_error_prefix(error.what()), error.exit_code);
   } catch (const std::bad_alloc&) {
-    return report("error: out of memory; use a coarser grid or fewer particles", kExitMachine);
+    return report("error: out of memory; " + less_memory, kExitMachine);
   } catch (const std::length_error&) {
     return report(
         "error: more memory was asked for than there can be; check the numbers of the input",
@@ -169,7 +177,7 @@ void flush_standard_output() {
   if (!std::cout.flush()) throw MachineError("standard output cannot be written");
 }
 
-int guarded_main(const std::function<int()>& program) {
+int guarded_main(const std::function<int()>& program, const std::string& less_memory) {
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the file size fails instead
   std::signal(SIGPIPE, SIG_IGN);  // and one that nobody reads; a run goes on without its log
   try {
@@ -177,7 +185,7 @@ int guarded_main(const std::function<int()>& program) {
     flush_standard_output();
     return code;
   } catch (...) {
-    return report_current_exception();
+    return report_current_exception(less_memory);
   }
 }
 

@@ -11,10 +11,11 @@ namespace archetide {
 
 /// Options that both executables share.
 struct CommonOptions {
-  int threads = 0;       // 0: ARCHETIDE_THREADS, or else all cores
-  bool verbose = false;  // -v
-  bool quiet = false;    // -q: errors only
-  std::string log_file;  // a copy of the log
+  int threads = 0;          // 0: ARCHETIDE_THREADS, or else default_threads
+  int default_threads = 0;  // 0: all cores
+  bool verbose = false;     // -v
+  bool quiet = false;       // -q: warnings and errors only
+  std::string log_file;     // a copy of the log
 };
 
 /// Why `text` is no finite number above 0 (or 0, if `zero`); "" when it is one.
@@ -24,10 +25,13 @@ std::string number_message(const std::string& text, bool zero);
 template <class App>
 void add_common_options(App& app, CommonOptions& options) {
   app.add_option("-t,--threads", options.threads,
-                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or all cores)")
+                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or " +
+                     (options.default_threads > 0 ? std::to_string(options.default_threads)
+                                                  : std::string("all cores")) +
+                     ")")
       ->type_name("N");
   app.add_flag("-v,--verbose", options.verbose, "say more");
-  app.add_flag("-q,--quiet", options.quiet, "errors only");
+  app.add_flag("-q,--quiet", options.quiet, "say nothing but warnings and errors");
   app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
 }
 
@@ -47,15 +51,28 @@ std::string exit_code_help();
 void apply_common_options(const CommonOptions& options);
 
 /// The log: lines on stderr, copied to every open log file. Data goes to stdout, never here.
-enum class LogLevel { kQuiet, kNormal, kVerbose };
+enum class LogLevel { kSilent, kQuiet, kNormal, kVerbose };  // kSilent: errors only
 LogLevel log_level();
 void set_log_level(LogLevel level);
 /// Throws MachineError when the file cannot be opened.
 void open_log_file(const std::string& path);
 void close_log_files();
 void log_error(const std::string& line);
+void log_warning(const std::string& line);  // "warning: LINE"
 void log_info(const std::string& line);
 void log_detail(const std::string& line);  // with -v
+
+/// The log at another level to the end of the scope.
+class ScopedLogLevel {
+ public:
+  explicit ScopedLogLevel(LogLevel level) : before_(log_level()) { set_log_level(level); }
+  ~ScopedLogLevel() { set_log_level(before_); }
+  ScopedLogLevel(const ScopedLogLevel&) = delete;
+  ScopedLogLevel& operator=(const ScopedLogLevel&) = delete;
+
+ private:
+  LogLevel before_;
+};
 
 /// The error about a verb that there is not, with the nearest one and a list of all.
 InputError unknown_verb(const std::string& verb, const std::vector<std::string>& verbs);
@@ -77,10 +94,11 @@ std::string file_system_message(const std::filesystem::filesystem_error& error);
 void flush_standard_output();
 
 /// Runs the program and turns every exception into a line on the log and an exit code: Error -> its
-/// code, out of memory -> 5, the file system -> exit_code_of, anything else -> 1.
-int guarded_main(const std::function<int()>& program);
+/// code, out of memory -> 5 (`less_memory`: what would need less), the file system -> exit_code_of, anything else -> 1.
+int guarded_main(const std::function<int()>& program,
+                 const std::string& less_memory = "use a coarser grid or fewer particles");
 
 /// The exit code and log line of the exception being handled (call inside a catch block).
-int report_current_exception();
+int report_current_exception(const std::string& less_memory);
 
 }  // namespace archetide

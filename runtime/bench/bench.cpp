@@ -285,13 +285,7 @@ std::string bench_help() {
          "The headline `error` is closed_form when that is the reference, else position, or "
          "kinetic\n"
          "without bodies. `front` marks points that no other one beats in both error and CPU "
-         "seconds;\n`order` is log(error ratio) / |log(value ratio)| to the point before.\n\n"
-         "Examples:\n"
-         "  archetide-sim bench assets/scenes/tub.scene.toml --until 1 --sweep "
-         "fluid.cell=1/32,1/64,1/96 \\\n    --sweep coupling.geometry=cut-cell,voxel -o "
-         "out/bench/tub\n"
-         "  archetide-sim bench assets/scenes/tub.scene.toml --sweep body.modes=0,2,5,10 "
-         "--reference 10\n\n";
+         "seconds;\n`order` is log(error ratio) / |log(value ratio)| to the point before.\n\n";
 }
 
 }  // namespace archetide

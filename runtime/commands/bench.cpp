@@ -32,9 +32,14 @@ int bench(const Arguments& a) {
 
 }  // namespace
 
-Command bench_command() {
-  return {"bench", "sweep keys of a scene: error beside CPU seconds of every point", bench_help(),
-          bench, [](CLI::App& app, Arguments& a) {
+SimCommand bench_command() {
+  return {"bench",
+          "sweep keys of a scene: error beside CPU seconds of every point",
+          {"bench assets/scenes/tub.scene.toml --until 1 --sweep fluid.cell=1/32,1/64,1/96 \\\n"
+           "    --sweep coupling.geometry=cut-cell,voxel -o out/bench/tub",
+           "bench assets/scenes/tub.scene.toml --sweep body.modes=0,2,5,10 --reference 10"},
+          bench,
+          [](CLI::App& app, Arguments& a) {
             scene_options(app, a);
             app.add_option("--sweep", a.sweeps,
                            "values of one key, may be repeated (the product is run); a value with "
@@ -55,7 +60,8 @@ Command bench_command() {
             app.add_option("--until", a.until, "stop every run at this scene time, s")
                 ->check(positive_number())
                 ->type_name("T");
-          }};
+          },
+          bench_help()};
 }
 
 }  // namespace archetide

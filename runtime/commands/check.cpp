@@ -1,7 +1,6 @@
 // Validates a scene and lists what is on.
 
 #include <fmt/core.h>
-#include <CLI/CLI.hpp>
 #include <iomanip>
 #include <iostream>
 
@@ -88,11 +87,12 @@ int check(const Arguments& a) {
 
 }  // namespace
 
-Command check_command() {
-  return {"check", "validate a scene, list what is on, estimate cells and memory",
-          examples_text(
-              {"check assets/scenes/tub.scene.toml", "check assets/scenes/tub.scene.toml -v"}),
-          check, scene_options};
+SimCommand check_command() {
+  return {"check",
+          "validate a scene, list what is on, estimate cells and memory",
+          {"check assets/scenes/tub.scene.toml", "check assets/scenes/tub.scene.toml -v"},
+          check,
+          scene_options};
 }
 
 }  // namespace archetide

@@ -6,12 +6,6 @@
 
 namespace archetide {
 
-std::string examples_text(const std::vector<std::string>& examples) {
-  std::string text = "Examples:\n";
-  for (const std::string& words : examples) text += "  archetide-sim " + words + '\n';
-  return text + '\n';
-}
-
 void scene_options(CLI::App& app, Arguments& a) {
   app.add_option("scene", a.scene, "scene file, *.scene.toml")->required()->type_name("SCENE");
   app.add_option("--set", a.overrides,
@@ -25,10 +19,10 @@ void scene_options(CLI::App& app, Arguments& a) {
 
 SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrides); }
 
-const std::vector<Command>& commands() {
-  static const std::vector<Command> list = {run_command(),    check_command(),  deps_command(),
-                                            render_command(), report_command(), bench_command(),
-                                            diff_command(),   schema_command()};
+const std::vector<SimCommand>& commands() {
+  static const std::vector<SimCommand> list = {run_command(),    check_command(),  deps_command(),
+                                               render_command(), report_command(), bench_command(),
+                                               diff_command(),   schema_command()};
   return list;
 }
 

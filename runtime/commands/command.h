@@ -4,12 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/params/cli.h"
+#include "common/params/program.h"
 #include "runtime/scene/scene_spec.h"
-
-namespace CLI {
-class App;
-}
 
 namespace archetide {
 
@@ -36,31 +32,22 @@ struct Arguments {
   bool json = false, markdown = false;
 };
 
-/// A verb of archetide-sim.
-struct Command {
-  std::string name, purpose;
-  std::string examples;              // below the options in the help
-  int (*execute)(const Arguments&);  // returns the exit code
-  void (*options)(CLI::App&, Arguments&);
-};
-
-/// "Examples:" and a line for each; `examples`: words behind the program's name.
-std::string examples_text(const std::vector<std::string>& examples);
+using SimCommand = Command<Arguments>;
 
 /// Options of the verbs that read a scene.
 void scene_options(CLI::App& app, Arguments& a);
 SceneSpec read_scene(const Arguments& a);
 
-Command run_command();
-Command check_command();
-Command deps_command();
-Command render_command();
-Command report_command();
-Command bench_command();
-Command diff_command();
-Command schema_command();
+SimCommand run_command();
+SimCommand check_command();
+SimCommand deps_command();
+SimCommand render_command();
+SimCommand report_command();
+SimCommand bench_command();
+SimCommand diff_command();
+SimCommand schema_command();
 
 /// All of them, in the order of the help.
-const std::vector<Command>& commands();
+const std::vector<SimCommand>& commands();
 
 }  // namespace archetide

@@ -19,12 +19,13 @@ int deps(const Arguments& a) {
 
 }  // namespace
 
-Command deps_command() {
+SimCommand deps_command() {
   return {
-      "deps", "write the files that a run reads as a make fragment",
-      examples_text(
-          {"deps assets/scenes/tub.scene.toml -o out/.state/tub.d out/runs/tub/done.stamp"}),
-      deps, [](CLI::App& app, Arguments& a) {
+      "deps",
+      "write the files that a run reads as a make fragment",
+      {"deps assets/scenes/tub.scene.toml -o out/.state/tub.d out/runs/tub/done.stamp"},
+      deps,
+      [](CLI::App& app, Arguments& a) {
         scene_options(app, a);
         app.add_option("-o,--output", a.out, "the fragment")->required()->type_name("F");
         app.add_option("target", a.target, "what depends on them")->required()->type_name("TARGET");

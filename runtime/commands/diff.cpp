@@ -65,12 +65,13 @@ int diff(const Arguments& a) {
 
 }  // namespace
 
-Command diff_command() {
+SimCommand diff_command() {
   return {
-      "diff", "compare states and statistics of two runs",
-      examples_text({"diff out/runs/tub out/runs/tub_resumed",
-                     "diff out/runs/tub out/runs/other --tol 1e-6"}),
-      diff, [](CLI::App& app, Arguments& a) {
+      "diff",
+      "compare states and statistics of two runs",
+      {"diff out/runs/tub out/runs/tub_resumed", "diff out/runs/tub out/runs/other --tol 1e-6"},
+      diff,
+      [](CLI::App& app, Arguments& a) {
         app.add_option("dir_a", a.directory, "run folder")->required()->type_name("DIR_A");
         app.add_option("dir_b", a.other_directory, "run folder")->required()->type_name("DIR_B");
         app.add_option("--tol", a.tolerance,

@@ -48,11 +48,12 @@ int render(const Arguments& a) {
 
 }  // namespace
 
-Command render_command() {
-  return {"render", "a PNG per frame, and a film when ffmpeg is there",
-          examples_text({"render out/runs/tub --size 1280x720",
-                         "render out/runs/tub --frames 24:48 --no-film"}),
-          render, [](CLI::App& app, Arguments& a) {
+SimCommand render_command() {
+  return {"render",
+          "a PNG per frame, and a film when ffmpeg is there",
+          {"render out/runs/tub --size 1280x720", "render out/runs/tub --frames 24:48 --no-film"},
+          render,
+          [](CLI::App& app, Arguments& a) {
             app.add_option("dir", a.directory, "run folder")->required()->type_name("DIR");
             app.add_option("--frames", a.frame_range, "first and last frame (default: all)")
                 ->type_name("A:B");

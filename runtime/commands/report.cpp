@@ -1,10 +1,10 @@
 // Writes a page about runs, sweeps and scorecards.
 
-#include <CLI/CLI.hpp>
+#include "runtime/output/report.h"
 
+#include <CLI/CLI.hpp>
 #include "common/files/atomic_file.h"
 #include "runtime/commands/command.h"
-#include "runtime/output/report.h"
 
 namespace archetide {
 namespace {
@@ -17,11 +17,13 @@ int report(const Arguments& a) {
 
 }  // namespace
 
-Command report_command() {
-  return {"report", "one self-contained HTML page about runs, sweeps and scorecards",
-          examples_text({"report out/runs/tub -o out/report.html",
-                         "report out/runs/tub out/bench/tub out/scorecard.csv -o out/report.html"}),
-          report, [](CLI::App& app, Arguments& a) {
+SimCommand report_command() {
+  return {"report",
+          "one self-contained HTML page about runs, sweeps and scorecards",
+          {"report out/runs/tub -o out/report.html",
+           "report out/runs/tub out/bench/tub out/scorecard.csv -o out/report.html"},
+          report,
+          [](CLI::App& app, Arguments& a) {
             app.add_option("dirs", a.directories,
                            "run folders, folders of bench, their CSV files, scorecard.csv")
                 ->required()

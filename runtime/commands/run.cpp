@@ -2,8 +2,8 @@
 
 #include <fmt/core.h>
 #include <omp.h>
-
 #include <CLI/CLI.hpp>
+
 #include <filesystem>
 
 #include "common/base/memory.h"
@@ -178,12 +178,14 @@ int run(const Arguments& a) {
 
 }  // namespace
 
-Command run_command() {
+SimCommand run_command() {
   return {
-      "run", "simulate a scene",
-      examples_text({"run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5",
-                     "run assets/scenes/tub.scene.toml -o out/runs/tub --until 1.0"}),
-      run, [](CLI::App& app, Arguments& a) {
+      "run",
+      "simulate a scene",
+      {"run assets/scenes/tub.scene.toml -o out/runs/tub --set time.end=2.5",
+       "run assets/scenes/tub.scene.toml -o out/runs/tub --until 1.0"},
+      run,
+      [](CLI::App& app, Arguments& a) {
         scene_options(app, a);
         app.add_option("-o,--output", a.out, "run folder")->required()->type_name("DIR");
         app.add_option("--resume", a.resume,

@@ -17,9 +17,12 @@ int schema(const Arguments& a) {
 
 }  // namespace
 
-Command schema_command() {
-  return {"schema", "every key of a scene file: type, unit, range, default, meaning",
-          examples_text({"schema", "schema --md"}), schema, [](CLI::App& app, Arguments& a) {
+SimCommand schema_command() {
+  return {"schema",
+          "every key of a scene file: type, unit, range, default, meaning",
+          {"schema", "schema --md"},
+          schema,
+          [](CLI::App& app, Arguments& a) {
             app.add_flag("--json", a.json, "as JSON");
             app.add_flag("--md", a.markdown, "as a Markdown table");
           }};

@@ -32,8 +32,7 @@ const std::map<std::string, std::vector<std::string>>& homes() {
       {"embree", {"runtime/output/"}},
       {"png", {"common/files/image.cpp"}},
       {"tbb/", {"runtime/output/", "precompute/"}},
-      {"CLI/",
-       {"common/params/cli.cpp", "precompute/main.cpp", "runtime/main.cpp", "runtime/commands/"}},
+      {"CLI/", {"common/params/program.cpp", "precompute/commands/", "runtime/commands/"}},
       {"nlohmann/", {"common/params/", "precompute/", "runtime/output/"}},
   };
   return map;

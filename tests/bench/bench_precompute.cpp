@@ -18,6 +18,7 @@
 #include "common/base/input_error.h"
 #include "common/base/keep_memory.h"
 #include "common/files/surface_io.h"
+#include "common/params/cli.h"
 #include "precompute/build.h"
 #include "precompute/meshing/tetrahedralize.h"
 #include "precompute/modal/eigen_solver.h"
@@ -153,7 +154,7 @@ void build_rows(const std::string& folder) {
       (std::filesystem::temp_directory_path() / fmt::format("bench_precompute_{}", getpid()))
           .string();
   std::printf("\nwhole builds      tets modes |  CPU s target | error %% (estimated)\n");
-  Log quiet(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   double jellyfish = 0.0;
   const std::vector<std::pair<std::string, double>> bodies = {
       {"sphere", 1.0},         {"starfish", 2.0},       {"torus", 5.0},
@@ -170,7 +171,7 @@ void build_rows(const std::string& folder) {
   for (const auto& [name, target] : bodies) {
     const double start = cpu_seconds();
     Profile profile;
-    built.push_back(build_archetype(recipe_of(name), quiet, profile));
+    built.push_back(build_archetype(recipe_of(name), profile));
     write_archetype(path, built.back());
     seconds.push_back(cpu_seconds() - start);
     std::filesystem::remove(path);
@@ -182,7 +183,7 @@ void build_rows(const std::string& folder) {
     recipe.tet.target *= 4;
     recipe.tet.mesher = Mesher::kCgal;
     Profile profile;
-    const Archetype finer = build_archetype(recipe, quiet, profile);
+    const Archetype finer = build_archetype(recipe, profile);
     const double off =
         percent(a.omega2.cwiseSqrt(), finer.omega2.cwiseSqrt(), int(std::min(a.r(), finer.r())));
     const double estimate =

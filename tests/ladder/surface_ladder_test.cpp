@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "common/base/check.h"
+#include "common/params/cli.h"
 #include "precompute/build.h"
 #include "precompute/recipe.h"
 #include "runtime/simulation.h"
@@ -25,10 +26,10 @@ using Built = std::shared_ptr<const Archetype>;
 
 // As `archetide-precompute build` does.
 Built build_asset(const std::string& name) {
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
   const Recipe recipe = read_recipe(ARCHETIDE_ASSETS "/bodies/" + name + ".body.toml");
-  return std::make_shared<Archetype>(build_archetype(recipe, log, profile));
+  return std::make_shared<Archetype>(build_archetype(recipe, profile));
 }
 
 double reach_of(const Archetype& a) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "common/params/cli.h"
 #include "precompute/base/tet_element.h"
 #include "precompute/build.h"
 #include "precompute/modal/cubature_error.h"
@@ -196,10 +197,9 @@ TEST(SlowNonlinearStatics, PinchedAndPulledRing) {
 // = 1 it is 3.7 % off in the mean and 14.9 % at most.
 TEST(SlowNonlinearStatics, PatchesOfARing) {
   const Recipe recipe = read_recipe(ARCHETIDE_ASSETS "/bodies/torus_nonlinear.body.toml");
-  Log log;
-  log.set_level(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
-  const Archetype a = build_archetype(recipe, log, profile);
+  const Archetype a = build_archetype(recipe, profile);
   const DeflectionError error =
       cubature_error(a.tets, recipe.material, a.node_modes, a.K_r, a.elastic);
   std::printf("ring: %d points, deflections %.2f %% off in the mean, %.2f %% at most\n",

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "common/base/check.h"
+#include "common/params/cli.h"
 #include "precompute/build.h"
 #include "tests/support/constants.h"
 #include "tests/support/dry_body.h"
@@ -103,9 +104,9 @@ std::shared_ptr<const Archetype> soft_sphere(int tets) {
   recipe.material = {kDensity, kYoung, kPoisson};
   recipe.modes.count = 27;  // T2, S2, S1, T3, S3
   recipe.modes.loads.pressure = true;
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
-  auto archetype = std::make_shared<Archetype>(build_archetype(recipe, log, profile));
+  auto archetype = std::make_shared<Archetype>(build_archetype(recipe, profile));
   fs::remove(file);
   return archetype;
 }

@@ -1,4 +1,5 @@
 #include "precompute/build.h"
+#include "common/params/cli.h"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -27,9 +28,9 @@ std::string body_text(const std::string& mesh,
 }
 
 Archetype built(const std::string& path) {
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
-  return build_archetype(read_recipe(path), log, profile);
+  return build_archetype(read_recipe(path), profile);
 }
 
 /// A ball of radius 0.5 m around (1, 2, 3): unit sphere at (2, 4, 6), scale 0.5.

@@ -1,4 +1,5 @@
 #include "precompute/propose.h"
+#include "common/params/cli.h"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -18,17 +19,17 @@ using testing_meshes::ScratchFolder;
 
 Proposal proposed(const ScratchFolder& folder, const std::string& name, const TriMesh& mesh,
                   double scale, double density = 500.0) {
-  Log log(Log::Level::kSilent);
+  const ScopedLogLevel quiet(LogLevel::kSilent);
   Profile profile;
   return propose_body(
-      {folder.write(name, as_off(mesh)), name, folder.file("a.body.toml"), scale, density}, log,
+      {folder.write(name, as_off(mesh)), name, folder.file("a.body.toml"), scale, density},
       profile);
 }
 
 Archetype built(const ScratchFolder& folder, const Proposal& proposal) {
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
-  return build_archetype(read_recipe(folder.write("a.body.toml", proposal.text)), log, profile);
+  return build_archetype(read_recipe(folder.write("a.body.toml", proposal.text)), profile);
 }
 
 /// Deflection of the first mode under the body's own weight, in longest sides.
@@ -92,13 +93,13 @@ TEST(Propose, LimbsGetMoreModes) {
   const std::string spot = ARCHETIDE_SOURCES "/../shared/meshes/spot.obj";
   if (!std::filesystem::exists(spot)) GTEST_SKIP() << "no " << spot;
   const ScratchFolder folder;
-  Log log(Log::Level::kSilent);
+  const ScopedLogLevel quiet(LogLevel::kSilent);
   Profile profile;
   const Proposal proposal =
-      propose_body({spot, spot, folder.file("a.body.toml"), 0.25, 500.0}, log, profile);
+      propose_body({spot, spot, folder.file("a.body.toml"), 0.25, 500.0}, profile);
   BuildRecord record;
-  const Archetype a = build_archetype(read_recipe(folder.write("a.body.toml", proposal.text)), log,
-                                      profile, &record);
+  const Archetype a =
+      build_archetype(read_recipe(folder.write("a.body.toml", proposal.text)), profile, &record);
   EXPECT_GT(a.r(), 11) << proposal.text;  // measured 19
   EXPECT_LE(record.patch_error_of_modes.back(), 0.15);
 }

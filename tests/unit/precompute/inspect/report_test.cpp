@@ -1,4 +1,5 @@
 #include "precompute/inspect/report.h"
+#include "common/params/cli.h"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -45,9 +46,9 @@ Archetype ball(const ScratchFolder& folder, BuildRecord& record, int order = 1) 
                                     "material = {{ density = 800.0, young = 1e5, poisson = 0.3 }}\n"
                                     "modes = {{ count = 5 }}\n",
                                     order));
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
-  Archetype a = build_archetype(read_recipe(recipe), log, profile, &record);
+  Archetype a = build_archetype(read_recipe(recipe), profile, &record);
   record.take_seconds(profile);
   record.hash = write_archetype(folder.file("ball.h5"), a);
   write_record(folder.file("ball.h5"), record);
@@ -288,10 +289,10 @@ TEST(Memory, ABodyThatDoesNotFitIsRefusedBeforeMeshing) {
       "schema = 1\nmesh = \"ball.ply\"\ntet = { target = 5_000_000 }\n"
       "material = { density = 800.0, young = 1e5, poisson = 0.3 }\nmodes = { count = 50 }\n"));
   const Variable limit("2G");
-  Log log(Log::Level::kQuiet);
+  const ScopedLogLevel quiet(LogLevel::kQuiet);
   Profile profile;
   try {
-    build_archetype(recipe, log, profile);
+    build_archetype(recipe, profile);
     FAIL();
   } catch (const MachineError& error) {
     EXPECT_NE(std::string(error.what()).find("big: 5000000 tets with 50 modes needs"),

@@ -1,4 +1,5 @@
 #include "precompute/intake/cut.h"
+#include "common/params/cli.h"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -137,9 +138,9 @@ struct Bar {
         folder.write("skin.body.toml", "schema = 1\nmesh = \"bar.off\"\n[skin]\n" + more));
   }
   Skin built(const std::string& more) const {
-    Log log(Log::Level::kQuiet);
+    const ScopedLogLevel quiet(LogLevel::kQuiet);
     Profile profile;
-    return build_skin(skin(more), log, profile);
+    return build_skin(skin(more), profile);
   }
   std::string refusal(const std::string& more) const {
     try {
