@@ -78,10 +78,10 @@ deps:
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q update && \
 	$$root DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends $$missing
 
-# What a new build folder $(1) is given: several files compiled as one, by ninja where it is installed.
-archetide_new_folder = new=; [ -f '$(1)/CMakeCache.txt' ] || { new=-DARCHETIDE_UNITY=ON; ! command -v ninja >/dev/null || new="$$new -GNinja"; }
+# What a new build folder $(1) is given: the preset $(2) of CMakePresets.json.
+archetide_new_folder = new=; [ -f '$(1)/CMakeCache.txt' ] || new=--preset=$(2)
 define archetide_compile
-@mkdir -p '$(BUILD)'; $(call archetide_new_folder,$(BUILD)); \
+@mkdir -p '$(BUILD)'; $(call archetide_new_folder,$(BUILD),fresh); \
 cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)' $$new -DARCHETIDE_WERROR=$(WERROR) >'$(BUILD)/configure.log' 2>&1 \
   || { cat '$(BUILD)/configure.log' >&2; exit 1; }
 cmake --build '$(BUILD)' --parallel $(JOBS) $(if $(1),--target $(1))
@@ -112,9 +112,8 @@ SEED ?= 1
 # All of ours but precompute's meshers, compiled by clang so that it checks itself as it runs: memory and undefined behaviour
 # (address), or races (thread). $(1): which; $(2): targets.
 define archetide_compile_checked
-$(call archetide_new_folder,$(BUILD)-$(1)); \
-CC=clang CXX=clang++ cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-$(1)' $$new -DARCHETIDE_PRECOMPUTE=OFF \
-  -DARCHETIDE_SANITIZE=$(1) $(if $(filter address,$(1)),-DARCHETIDE_FUZZ=ON) -DARCHETIDE_NATIVE=OFF
+$(call archetide_new_folder,$(BUILD)-$(1),$(1)); \
+cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-$(1)' $$new
 cmake --build '$(BUILD)-$(1)' --parallel $(JOBS) $(if $(2),--target $(2))
 endef
 
