@@ -57,7 +57,7 @@ MatX weighted_derivatives(const TetMesh& mesh, const MaterialField& material,
 
 }  // namespace
 
-// Eq. P8.
+// Eq. P5a.
 MatX nonlinear_vectors(const TetMesh& mesh, const MaterialField& material, int derivatives,
                        const SparseMatrix& K, const SparseMatrix& mass, ShiftedCholesky& factor,
                        const MatX& rigid, const MatX& modes, const VecX& omega2, int vibration) {

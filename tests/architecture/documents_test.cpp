@@ -115,6 +115,19 @@ Tags decisions_named(const std::string& text) {
   return {found.begin(), found.end()};
 }
 
+/// Labels of the project's own equations, S3: as "Eq. S3", "(S3)" or "docs/method.md, S3".
+Tags equations_named(const std::string& text) {
+  static const std::regex kLabel("(?:Eqs?\\. |\\(|method\\.md, )([BCKPSVW][0-9]+[a-z]?)\\b");
+  const auto found = matches(text, kLabel);
+  return {found.begin(), found.end()};
+}
+
+/// Those that stand beside a formula, \tag{S3}; a label that does so twice comes twice.
+std::vector<std::string> equations_tagged(const std::string& method) {
+  static const std::regex kTag("\\\\tag\\{([A-Z][0-9]+[a-z]?)\\}");
+  return matches(method, kTag);
+}
+
 /// First groups of the lines that begin with `pattern`.
 Tags defined(const std::string& text, const std::regex& pattern) {
   Tags tags;
@@ -189,6 +202,21 @@ TEST(Documents, DefineEveryDecisionThatIsNamed) {
   }
 }
 
+TEST(Documents, MethodHasEveryEquationThatTheCodeNames) {
+  const std::string method = source_tree::read("docs/method.md");
+  const std::vector<std::string> tagged = equations_tagged(method);
+  const Tags unique(tagged.begin(), tagged.end());
+  EXPECT_GT(unique.size(), 60u);
+  EXPECT_EQ(unique.size(), tagged.size()) << "a label stands for two equations";
+  Tags known = equations_named(method);
+  known.insert(unique.begin(), unique.end());
+  for (const std::string& path : source_tree::files({"common", "precompute", "runtime"})) {
+    const Faults faults =
+        missing(path, equations_named(comments_of(source_tree::read(path))), known);
+    EXPECT_TRUE(faults.empty()) << source_tree::joined(faults);
+  }
+}
+
 TEST(Documents, MethodListsEveryEquationOfThePaper) {
   const std::set<int> listed = equations_listed(source_tree::read("docs/method.md"));
   for (int equation = 1; equation <= 49; ++equation)
@@ -233,6 +261,9 @@ TEST(Documents, PlantedTagsAreFound) {
   const std::string text = "x[i] of [EMF02] and [RMSG*08], see [D17] and [0,1]";
   EXPECT_EQ(papers_named(text), (Tags{"EMF02", "RMSG*08"}));
   EXPECT_EQ(decisions_named(text), Tags{"D17"});
+  EXPECT_EQ(equations_named("Eq. S3, (W2b), f(B4; docs/method.md, C1), V0, Eq. 45"),
+            (Tags{"B4", "C1", "S3", "W2b"}));
+  EXPECT_EQ(equations_tagged("x \\tag{S3}\n\\tag{P6a}"), (std::vector<std::string>{"S3", "P6a"}));
   EXPECT_EQ(papers_defined("**[EMF02]** Enright\nsee **[AB99]**\n"), Tags{"EMF02"});
   EXPECT_EQ(decisions_defined("## D17 Title\n### D18\n## D2\n"), (Tags{"D17", "D2"}));
   EXPECT_EQ(missing("a", {"AB99", "CD00"}, {"AB99"}).size(), 1u);
