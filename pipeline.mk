@@ -59,7 +59,7 @@ FORCE:
 
 ARCHETIDE_PACKAGES := make cmake g++ ninja-build ccache pkg-config libeigen3-dev libfmt-dev libcgal-dev libgmsh-dev \
   libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libhdf5-dev libssl-dev libembree-dev \
-  libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev libbenchmark-dev
+  libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libpng-dev libtbb-dev ffmpeg libgtest-dev
 
 # What fuzz and sanitize need besides: clang has the fuzzer.
 ARCHETIDE_CLANG_PACKAGES := clang libomp-dev
