@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -53,14 +55,17 @@ int report(const std::string& message, int code) {
 
 }  // namespace
 
-std::string number_message(const std::string& text, bool zero) {
+std::string number_message(const std::string& text, Numbers kind) {
+  static const std::map<Numbers, std::string> kinds = {
+      {Numbers::kAny, "finite number"},
+      {Numbers::kNonNegative, "number of at least 0"},
+      {Numbers::kPositive, "number above 0"}};
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  const bool is_number = end != text.c_str() && *end == '\0';
+  const bool is_number = end != text.c_str() && *end == '\0' && std::isfinite(value);
   const bool allowed =
-      value <= std::numeric_limits<double>::max() && (zero ? value >= 0.0 : value > 0.0);
-  if (is_number && allowed) return "";
-  return text + " is not a number " + (zero ? "of at least 0" : "above 0");
+      kind == Numbers::kAny || (kind == Numbers::kPositive ? value > 0.0 : value >= 0.0);
+  return is_number && allowed ? "" : text + " is not a " + kinds.at(kind);
 }
 
 std::string exit_code_help() {

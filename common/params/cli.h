@@ -18,8 +18,9 @@ struct CommonOptions {
   std::string log_file;     // a copy of the log
 };
 
-/// Why `text` is no finite number above 0 (or 0, if `zero`); "" when it is one.
-std::string number_message(const std::string& text, bool zero);
+/// Why `text` is no finite number of this kind; "" when it is one.
+enum class Numbers { kAny, kNonNegative, kPositive };
+std::string number_message(const std::string& text, Numbers kind);
 
 /// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
 template <class App>
@@ -37,12 +38,12 @@ void add_common_options(App& app, CommonOptions& options) {
 
 /// Checks of a number on the command line, for CLI::Option::check(): the message when it fails, or
 /// "".
-inline auto positive_number() {
-  return [](const std::string& text) { return number_message(text, false); };
+inline auto number_check(Numbers kind) {
+  return [kind](const std::string& text) { return number_message(text, kind); };
 }
-inline auto non_negative_number() {
-  return [](const std::string& text) { return number_message(text, true); };
-}
+inline auto positive_number() { return number_check(Numbers::kPositive); }
+inline auto non_negative_number() { return number_check(Numbers::kNonNegative); }
+inline auto any_number() { return number_check(Numbers::kAny); }
 
 /// The exit codes as a paragraph for --help.
 std::string exit_code_help();

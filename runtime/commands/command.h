@@ -30,10 +30,19 @@ struct Arguments {
   std::string csv;
   // schema
   bool json = false, markdown = false;
+  // added-mass
+  std::string body;
+  double cell = 0.0, density = 1000.0;           // m, kg/m^3
+  std::vector<double> tank, position, rotation;  // three numbers or none: m, m, degrees
+  bool walls = false;
+  std::optional<double> level;  // m
+  std::optional<int> modes;
 };
 
 using SimCommand = Command<Arguments>;
 
+/// --archetypes, of the verbs that read bodies.
+void archetypes_option(CLI::App& app, Arguments& a);
 /// Options of the verbs that read a scene.
 void scene_options(CLI::App& app, Arguments& a);
 SceneSpec read_scene(const Arguments& a);
@@ -46,6 +55,7 @@ SimCommand report_command();
 SimCommand bench_command();
 SimCommand diff_command();
 SimCommand schema_command();
+SimCommand added_mass_command();
 
 /// All of them, in the order of the help.
 const std::vector<SimCommand>& commands();

@@ -17,7 +17,7 @@ std::vector<ScoreRow> added_mass_rows(double exact, const std::vector<int>& reso
   std::vector<ScoreRow> rows;
   for (const int n : resolutions)
     rows.push_back(timed([&] {
-      const AddedMass m = measure(n);
+      const AddedMassOfHeave m = measure(n);
       return score("added mass / displaced", cells(n), m.coefficient, exact, added_mass_target(n),
                    m.iterations);
     }));

@@ -64,7 +64,7 @@ TriMesh box_with_hole(double edge, double radius) {
 
 }  // namespace
 
-AddedMass added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetype,
+AddedMassOfHeave added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetype,
                      const Vec3& position, double density_ratio, double displaced) {
   const double share = displaced > 0.0 ? displaced / archetype->volume : 1.0;
   ReducedBody body = make_body(archetype, 0);
@@ -76,26 +76,26 @@ AddedMass added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetyp
   return {density_ratio * (1.0 / tank.results[0].y[2] - 1.0) / share, iterations};
 }
 
-AddedMass added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_top) {
+AddedMassOfHeave added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_top) {
   CoupledTank tank(4 * cells_per_radius, 2.0);
   tank.options.geometry = geometry;
   tank.options.open_side[kZMax] = open_top;
   return added_mass(std::move(tank), sphere_of(1.0, kWaterDensity), Vec3::Zero());
 }
 
-AddedMass added_mass_near_wall(int cells_per_radius) {
+AddedMassOfHeave added_mass_near_wall(int cells_per_radius) {
   const int c = cells_per_radius;
   const CoupledTank tank(Grid{16 * c, 16 * c, 12 * c, 1.0 / c, Vec3(-8, -8, 0)});
   return added_mass(tank, sphere_of(1.0, kWaterDensity), Vec3(0, 0, 1.5));
 }
 
-AddedMass added_mass_in_shell(int cells_per_radius) {
+AddedMassOfHeave added_mass_in_shell(int cells_per_radius) {
   CoupledTank tank(5 * cells_per_radius, 2.5);
   tank.obstacles.push_back(box_with_hole(6.0, 2.0));
   return added_mass(std::move(tank), sphere_of(1.0, kWaterDensity), Vec3::Zero());
 }
 
-AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness,
+AddedMassOfHeave added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness,
                                  double beyond) {
   const int n = 4 * cells_per_radius;
   const double dx = 1.0 / cells_per_radius, width = thickness * dx;
@@ -129,7 +129,7 @@ OffsetErrors added_mass_over_offsets(int cells_per_radius, int positions, double
   double squares = 0.0;
   for (int n = 0; n < positions; ++n) {
     const CoupledTank tank(8 * cells_per_radius, 4.0 * cells_per_radius);
-    const AddedMass found = added_mass(tank, sphere, sub_cell_offset(n), density_ratio);
+    const AddedMassOfHeave found = added_mass(tank, sphere, sub_cell_offset(n), density_ratio);
     const double error = found.coefficient / kExact - 1.0;
     errors.mean += error / positions, squares += error * error;
     errors.worst = std::max(errors.worst, std::abs(error));

@@ -6,25 +6,25 @@ namespace archetide {
 
 /// One coupled solve with a known answer.
 
-struct AddedMass {
+struct AddedMassOfHeave {
   double coefficient = 0.0;  // added mass / mass of the displaced water
   int iterations = 0;
 };
 
 /// Of the body set moving along +z at `position` in the tank's still water, m v* = (m + m_a) v, at
 /// this ratio of its density to the water's. `displaced`: its volume under water, m^3 (0: all).
-AddedMass added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetype,
+AddedMassOfHeave added_mass(CoupledTank tank, std::shared_ptr<const Archetype> archetype,
                      const Vec3& position, double density_ratio = 1.0, double displaced = 0.0);
 
 /// Sphere of radius 1 in the middle of a cube of half width 2.
-AddedMass added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_top);
+AddedMassOfHeave added_mass_in_cube(int cells_per_radius, Geometry geometry, bool open_top);
 /// Sphere of radius 1 whose centre is 1.5 over the floor of a tank of 16 x 16 x 12.
-AddedMass added_mass_near_wall(int cells_per_radius);
+AddedMassOfHeave added_mass_near_wall(int cells_per_radius);
 /// Sphere of radius 1 in a concentric shell of radius 2.
-AddedMass added_mass_in_shell(int cells_per_radius);
+AddedMassOfHeave added_mass_in_shell(int cells_per_radius);
 /// Circular cylinder of radius 1 across a square of half width 2, so many cells thick, whose ends
 /// stand `beyond` cells behind the walls.
-AddedMass added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness = 4,
+AddedMassOfHeave added_mass_of_cylinder(int cells_per_radius, bool open_top, int thickness = 4,
                                  double beyond = 0.5);
 
 /// Low-discrepancy sub-cell offset number n (R3 sequence, [Rob18]), in [-1/2, 1/2).

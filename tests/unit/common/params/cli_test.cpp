@@ -31,10 +31,10 @@ TEST(Cli, AnUnknownVerbIsAnsweredWithAList) {
 }
 
 TEST(Cli, NumbersOutOfRangeAreNamedShortly) {
-  EXPECT_EQ(number_message("0.5", false), "");
-  EXPECT_EQ(number_message("0", true), "");
+  EXPECT_EQ(number_message("0.5", Numbers::kPositive), "");
+  EXPECT_EQ(number_message("0", Numbers::kNonNegative), "");
   for (const char* text : {"0", "-1", "nan", "inf", "1x", ""})
-    EXPECT_EQ(number_message(text, false), std::string(text) + " is not a number above 0");
+    EXPECT_EQ(number_message(text, Numbers::kPositive), std::string(text) + " is not a number above 0");
 }
 
 }  // namespace
