@@ -75,7 +75,7 @@ AddedMass added_mass(const ReducedBody& at_rest, const AddedMassTank& tank) {
   const Configuration at = current_configuration(body);
   const ConfigurationTerms terms = configuration_terms(body, at, ModalMass::kExact);
   const Array3<double> phi = still_water(tank);
-  Coupling coupling(options_of(tank), tank.obstacles);
+  Coupling coupling(options_of(tank), {});
   const Eigen::Index n = body.dofs();
   MatX velocities(n, n), impulses(n, n);
   AddedMass found;

@@ -11,7 +11,6 @@ struct AddedMassTank {
   double level = INFINITY;   // z of the free surface, m, where p' = 0; infinite: full
   double density = 1000.0;   // of the water, kg/m^3
   double tolerance = 1e-10;  // of the coupled solves, see CoupledSolveOptions
-  std::vector<TriMesh> obstacles = {};
 };
 
 /// What the water around a body adds to its mass: the generalised impulse that an impulsive motion

@@ -25,8 +25,8 @@ SceneSpec read_scene(const Arguments& a) { return parse_scene(a.scene, a.overrid
 
 const std::vector<SimCommand>& commands() {
   static const std::vector<SimCommand> list = {
-      run_command(),   check_command(), deps_command(),   render_command(),    report_command(),
-      bench_command(), diff_command(),  schema_command(), added_mass_command()};
+      run_command(),   check_command(), deps_command(),   render_command(),   report_command(),
+      bench_command(), diff_command(),  schema_command(), run_info_command(), added_mass_command()};
   return list;
 }
 

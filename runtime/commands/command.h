@@ -55,6 +55,7 @@ SimCommand report_command();
 SimCommand bench_command();
 SimCommand diff_command();
 SimCommand schema_command();
+SimCommand run_info_command();
 SimCommand added_mass_command();
 
 /// All of them, in the order of the help.
