@@ -50,9 +50,9 @@ std::string tank_text(const Manifest& m) {
                      m.grid.dx, m.has_water ? "water" : "dry");
 }
 
-std::string checkpoint_text(const RunFolder& run) {
-  const auto path = latest_checkpoint(run.path);
-  return path ? fs::path(*path).lexically_normal().string() : "none";
+// The last one, where the run goes on; empty: none.
+std::string checkpoint_of(const RunFolder& run) {
+  return fs::path(latest_checkpoint(run.path).value_or("")).lexically_normal().string();
 }
 
 }  // namespace
@@ -76,7 +76,8 @@ std::string run_info_text(const RunFolder& run) {
   line("worst", fmt::format("{} iterations, volume {} off", m.worst_iterations,
                             scientific_text(m.worst_volume_drift)));
   line("program", m.version + ", " + m.build);
-  line("checkpoint", checkpoint_text(run));
+  const std::string checkpoint = checkpoint_of(run);
+  line("checkpoint", checkpoint.empty() ? "none" : checkpoint);
   line("on disk", fmt::format("{} frames, {} pictures, {}", run.frames.size(), run.pictures.size(),
                               bytes_text(bytes_in(run.path))));
   return text;
@@ -84,11 +85,12 @@ std::string run_info_text(const RunFolder& run) {
 
 std::string run_info_json(const RunFolder& run) {
   auto out = nlohmann::ordered_json::parse(read_whole_file(run.path + "manifest.json"));
-  const auto checkpoint = latest_checkpoint(run.path);
+  const std::string checkpoint = checkpoint_of(run);
   out["state"] = state_of(run);
   out["frames_on_disk"] = run.frames.size();
   out["pictures"] = run.pictures.size();
-  out["checkpoint"] = checkpoint ? nlohmann::ordered_json(*checkpoint) : nullptr;
+  out["checkpoint"] =
+      checkpoint.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(checkpoint);
   out["bytes"] = bytes_in(run.path);
   return json_text(out);
 }
