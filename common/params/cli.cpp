@@ -91,11 +91,9 @@ void apply_common_options(const CommonOptions& options) {
                 : options.verbose ? LogLevel::kVerbose
                                   : LogLevel::kNormal);
   if (!options.log_file.empty()) open_log_file(options.log_file);
-  const int threads = options.threads > 0 ? options.threads : threads_from_environment();
-  if (threads > 0)
-    omp_set_num_threads(threads);
-  else if (options.default_threads > 0)
-    omp_set_num_threads(options.default_threads);
+  int threads = options.threads > 0 ? options.threads : threads_from_environment();
+  if (threads == 0) threads = options.default_threads;
+  if (threads > 0) omp_set_num_threads(threads);
 }
 
 LogLevel log_level() { return current_level; }

@@ -22,20 +22,6 @@ struct CommonOptions {
 enum class Numbers { kAny, kNonNegative, kPositive };
 std::string number_message(const std::string& text, Numbers kind);
 
-/// Adds -t, -v, -q, --log to a command-line parser (CLI::App and its sub-commands).
-template <class App>
-void add_common_options(App& app, CommonOptions& options) {
-  app.add_option("-t,--threads", options.threads,
-                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or " +
-                     (options.default_threads > 0 ? std::to_string(options.default_threads)
-                                                  : std::string("all cores")) +
-                     ")")
-      ->type_name("N");
-  app.add_flag("-v,--verbose", options.verbose, "say more");
-  app.add_flag("-q,--quiet", options.quiet, "say nothing but warnings and errors");
-  app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
-}
-
 /// Checks of a number on the command line, for CLI::Option::check(): the message when it fails, or
 /// "".
 inline auto number_check(Numbers kind) {
@@ -95,7 +81,8 @@ std::string file_system_message(const std::filesystem::filesystem_error& error);
 void flush_standard_output();
 
 /// Runs the program and turns every exception into a line on the log and an exit code: Error -> its
-/// code, out of memory -> 5 (`less_memory`: what would need less), the file system -> exit_code_of, anything else -> 1.
+/// code, out of memory -> 5 (`less_memory`: what would need less), the file system -> exit_code_of,
+/// anything else -> 1.
 int guarded_main(const std::function<int()>& program,
                  const std::string& less_memory = "use a coarser grid or fewer particles");
 

@@ -23,6 +23,18 @@ std::vector<std::string> known_options(const CLI::App& app) {
   return names;
 }
 
+// -t, -v, -q, --log.
+void add_common_options(CLI::App& app, CommonOptions& options) {
+  const std::string threads =
+      options.default_threads > 0 ? std::to_string(options.default_threads) : "all cores";
+  app.add_option("-t,--threads", options.threads,
+                 "threads, 1..1024 (default: ARCHETIDE_THREADS, or " + threads + ")")
+      ->type_name("N");
+  app.add_flag("-v,--verbose", options.verbose, "say more");
+  app.add_flag("-q,--quiet", options.quiet, "say nothing but warnings and errors");
+  app.add_option("--log", options.log_file, "copy the log into FILE")->type_name("FILE");
+}
+
 }  // namespace
 
 int run_program(const Program& program, const std::vector<Verb>& verbs, CommonOptions& common,
