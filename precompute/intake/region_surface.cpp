@@ -70,14 +70,14 @@ TriMesh ball(const Vec3& centre, double radius) {
   }
   for (int time = 0; time < kTimes; ++time) {
     std::map<std::pair<int, int>, int> middle;
-    const auto between = [&](int a, int b) {
+    const auto midpoint = [&](int a, int b) {
       const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), int(mesh.vertices.size()));
       if (is_new) mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
       return at->second;
     };
     std::vector<Vec3i> finer;
     for (const Vec3i& t : mesh.triangles) {
-      const int ab = between(t[0], t[1]), bc = between(t[1], t[2]), ca = between(t[2], t[0]);
+      const int ab = midpoint(t[0], t[1]), bc = midpoint(t[1], t[2]), ca = midpoint(t[2], t[0]);
       finer.insert(finer.end(), {Vec3i(t[0], ab, ca), Vec3i(t[1], bc, ab), Vec3i(t[2], ca, bc),
                                  Vec3i(ab, bc, ca)});
     }

@@ -45,7 +45,7 @@ std::vector<int> boundary_vertices(const TriMesh& mesh, const std::vector<Surfac
 }
 
 /// The part of `list` (by x) between two values of x.
-std::pair<std::vector<int>::const_iterator, std::vector<int>::const_iterator> between(
+std::pair<std::vector<int>::const_iterator, std::vector<int>::const_iterator> within_x(
     const TriMesh& mesh, const std::vector<int>& list, double low, double high) {
   const auto first = std::lower_bound(list.begin(), list.end(), low,
                                       [&](int v, double x) { return mesh.vertices[v][0] < x; });
@@ -61,7 +61,7 @@ void weld_boundary(TriMesh& mesh, double tolerance, RepairReport& report) {
   for (const int v : list) {
     if (same_as[v] != v) continue;
     const Vec3& x = mesh.vertices[v];
-    const auto [first, last] = between(mesh, list, x[0] - tolerance, x[0] + tolerance);
+    const auto [first, last] = within_x(mesh, list, x[0] - tolerance, x[0] + tolerance);
     for (auto w = first; w != last; ++w) {
       if (same_as[*w] == *w && *w != v && (mesh.vertices[*w] - x).norm() <= tolerance)
         same_as[*w] = v;
@@ -80,8 +80,8 @@ std::vector<int> vertices_on(const TriMesh& mesh, const std::vector<int>& list, 
                              double tolerance) {
   const Vec3 &p = mesh.vertices[a], d = mesh.vertices[b] - p;
   std::vector<std::pair<double, int>> found;
-  const auto [first, last] = between(mesh, list, std::min(p[0], p[0] + d[0]) - tolerance,
-                                     std::max(p[0], p[0] + d[0]) + tolerance);
+  const auto [first, last] = within_x(mesh, list, std::min(p[0], p[0] + d[0]) - tolerance,
+                                      std::max(p[0], p[0] + d[0]) + tolerance);
   for (auto v = first; v != last; ++v) {
     if (*v == a || *v == b) continue;
     const double s = (mesh.vertices[*v] - p).dot(d) / d.squaredNorm();

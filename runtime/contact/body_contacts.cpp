@@ -174,7 +174,8 @@ std::vector<BodyContact> BodyContacts::find(const std::vector<ReducedBody>& bodi
   std::vector<BodyContact> found =
       find_contacts(bodies, shapes_, surroundings_, margin,
                     either(own, other, speed, resting_speed(dt)), options_.search, dt, near);
-  for (BodyContact& c : found) c.material = between(material(bodies, c.a), material(bodies, c.b));
+  for (BodyContact& c : found)
+    c.material = pair_material(material(bodies, c.a), material(bodies, c.b));
   return found;
 }
 

@@ -17,7 +17,7 @@ struct WallContactOptions {
   double friction = 0.0;                               // Coulomb's coefficient, 0 .. 2
   ContactMaterial at(const ReducedBody& body) const {  // where the body meets them
     const ContactMaterial wall{restitution, friction};
-    return between(wall, body.contact.value_or(wall));
+    return pair_material(wall, body.contact.value_or(wall));
   }
   double tolerance = 0.0;  // m; closer points touch, e.g. 1e-3 dx
   double resting_speed =

@@ -84,7 +84,7 @@ void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBod
 }
 
 // Cut cells: F of the body, with the flux that the water carried beside it pushes, and the mass of
-// that water; H: of what is seen of the body.
+// that water; H: of the reduced velocity of the body.
 MatX Coupling::water_beside(std::size_t b, const MatX& H, CoupledBody& c) {
   const InnerFlow& inner = inner_flow_of(*surfaces_[b].body->archetype);
   c.flux = fluxes_[b];  // another couple() may need them
@@ -122,16 +122,16 @@ void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u
   c.inverse_mass = factor.solve(MatX::Identity(dofs, dofs));
 }
 
-// The same of a body of nodes. Cut cells: the water follows what is seen of it, and so adds few
+// The same of a body of nodes. Cut cells: the water follows its reduced velocity, and so adds few
 // columns to its mass [D56]. Voxels: a column for each face.
 void Coupling::add_water_of_nodes(std::size_t b, const MacField& u, NodalInverse& inverse,
                                   CoupledBody& c) {
   const NodalSpace& space = inverse.space();
   if (options_.geometry == Geometry::kCutCell) {
     carried_[b] = water_beside(b, inverse.block().inverse(), c);
-    inverse.add_seen(carried_[b]);
-    const VecX gained = carried_[b] * (carried_velocity_[b] - space.seen_velocity(c.y_star));
-    c.y_star += inverse.solve_seen(gained);
+    inverse.add_reduced(carried_[b]);
+    const VecX gained = carried_[b] * (carried_velocity_[b] - space.reduced_velocity(c.y_star));
+    c.y_star += inverse.solve_reduced(gained);
     return;
   }
   NodalVoxelCoupling v =
@@ -191,7 +191,7 @@ std::vector<CoupledBody> Coupling::start_bodies(Stage stage, double dt,
   carried_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (carried_velocity_[b].size() == 0)
-      carried_velocity_[b] = VecX::Zero(seen_dofs(*bodies[b].body));
+      carried_velocity_[b] = VecX::Zero(reduced_dofs(*bodies[b].body));
   std::vector<CoupledBody> coupled(bodies.size());
   if (wet() && options_.geometry == Geometry::kCutCell)
     for (std::size_t b = 0; b < bodies.size(); ++b)  // made before the threads
@@ -251,8 +251,9 @@ void Coupling::end_body(std::size_t b, const StageBody& in, const CoupledBody& c
                         StageResult& out) {
   out.y = c.y;
   if (wet() && options_.geometry == Geometry::kCutCell) {
-    const VecX momentum = carried_[b] * seen_velocity(*in.body, out.y);
-    out.water_impulse -= from_seen_force(*in.body, momentum - carried_[b] * carried_velocity_[b]);
+    const VecX momentum = carried_[b] * reduced_velocity(*in.body, out.y);
+    out.water_impulse -=
+        from_reduced_force(*in.body, momentum - carried_[b] * carried_velocity_[b]);
   }
   VecX f;
   if (out.reaction.size() > 0 && !wet()) {
@@ -303,7 +304,7 @@ SolveReport Coupling::couple(Stage stage, double dt, const FreeSurface& surface,
   if (ends_step) solved_velocity_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     end_body(b, bodies[b], coupled[b], results[b]);
-    if (ends_step) solved_velocity_[b] = seen_velocity(*bodies[b].body, results[b].y);
+    if (ends_step) solved_velocity_[b] = reduced_velocity(*bodies[b].body, results[b].y);
   }
   if (ends_step || !report.converged)
     divergence_ =
@@ -318,7 +319,7 @@ void Coupling::visit_state(StateArchive& a, const std::vector<ReducedBody>& bodi
   if (carried_velocity_.size() > bodies.size())
     a.fail("field coupling/carried_velocity is of another number of bodies");
   for (std::size_t b = 0; b < carried_velocity_.size(); ++b)
-    if (carried_velocity_[b].size() != 0 && carried_velocity_[b].size() != seen_dofs(bodies[b]))
+    if (carried_velocity_[b].size() != 0 && carried_velocity_[b].size() != reduced_dofs(bodies[b]))
       a.fail("field coupling/carried_velocity is of another number of modes");
   if (!wet()) return;
   grid_field(a, "coupling/valid", valid_);

@@ -231,7 +231,7 @@ class Coupling {
   std::vector<DualFaces> faces_;           // cut cells, of each body
   std::vector<char> skinned_;              // of each body: the water sees a skin in its place
   std::map<const Archetype*, InnerFlow> inner_flows_;
-  std::vector<MatX> carried_;      // cut cells: water that moves with what is seen of each body, kg
+  std::vector<MatX> carried_;      // cut cells: water that moves with each body (reduced), kg
   std::vector<VoxelBody> voxels_;  // voxel
   enum class Known { kNothing, kGeometry, kLoads };
   Known known_ = Known::kNothing;  // of the next couple()
@@ -240,7 +240,7 @@ class Coupling {
   PressureSystem system_;
   CoupledSolver solver_;
   Array3<double> pressure_[2];  // first guess of each stage
-  // Of that water: seen_velocity of its body at the end of the last step, and after the last
+  // Of that water: reduced_velocity of its body at the end of the last step, and after the last
   // velocities stage.
   std::vector<VecX> carried_velocity_, solved_velocity_;
   double divergence_ = 0.0;

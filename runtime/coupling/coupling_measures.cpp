@@ -6,7 +6,7 @@
 
 namespace archetide {
 
-// Of the water that moves with a body whose seen velocity is y.
+// Of the water that moves with a body whose reduced velocity is y.
 WaterMotion Coupling::carried_motion(std::size_t b, const VecX& y) const {
   const VecX momentum = carried_[b] * y;
   const Vec3 P = momentum.head<3>();
@@ -35,7 +35,7 @@ void Coupling::measure_after(Stage stage, double dt, const Loads& loads,
                              const Array3<double>* held) {
   if (!wet() || stage != Stage::kVelocityFull) return;
   after_ = whole_motion(
-      u, held, [&](std::size_t b) { return seen_velocity(*surfaces_[b].body, coupled[b].y); });
+      u, held, [&](std::size_t b) { return reduced_velocity(*surfaces_[b].body, coupled[b].y); });
   std::vector<VecX> still;  // without p'
   for (std::size_t b = 0; b < coupled.size(); ++b) {
     still.push_back(dt * loads.hydrostatic[b]);
@@ -81,7 +81,7 @@ void Coupling::collect_slip(const std::vector<CoupledBody>& coupled) {
   for_each_large(coupled.size(), [&](std::size_t b) {
     if (skinned_[b]) return;
     const PlacedInnerFlow inner(inner_flow_of(*surfaces_[b].body->archetype), surfaces_[b]);
-    const VecX y = seen_velocity(*surfaces_[b].body, coupled[b].y);
+    const VecX y = reduced_velocity(*surfaces_[b].body, coupled[b].y);
     VecX whole, strain;
     of_body[b] = slipping(faces_[b], [&](const DualFace& f) {
       inner.at(g.face_centre(f.axis, f.face[0], f.face[1], f.face[2]), f.axis, whole, strain);

@@ -56,11 +56,11 @@ RowsOfNodes rows_of_nodes(const std::vector<Joint>& joints, const std::vector<St
   return nodes;
 }
 
-// (H + added mass)^-1 at rows: of a body of nodes A - S^T N S, with S what is seen of its answers.
+// (H + added mass)^-1 at rows: of a body of nodes A - S^T N S, with S the reduced answers.
 std::vector<MatX> wet_at_rows(std::vector<MatX> wet, const RowsOfNodes& nodes) {
   for (std::size_t b = 0; b < wet.size(); ++b) {
     if (!nodes[b]) continue;
-    const MatX S = nodes[b]->seen();
+    const MatX S = nodes[b]->reduced();
     wet[b] = (nodes[b]->inverse_mass() - S.transpose() * wet[b] * S).eval();
   }
   return wet;

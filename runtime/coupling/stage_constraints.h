@@ -17,7 +17,7 @@ class StageConstraints {
   /// Contacts between bodies, or else (no shapes) the points at walls that `results` have.
   /// `coupled`: its inverse masses must stay where they are. `wet_inverse`: of every body in water,
   /// how it answers an impulse once the water has: (H + added mass)^-1, roughly; of a body of nodes
-  /// N, where that is H^-1 less X N X^T with X the answers to seen forces; empty: no water.
+  /// N, where that is H^-1 less X N X^T with X the answers to reduced forces; empty: no water.
   StageConstraints(const CouplingOptions& options, double dt, const std::vector<Joint>& joints,
                    const std::vector<StageBody>& bodies, const GroupContacts& contacts,
                    const std::vector<CoupledBody>& coupled, const std::vector<StageResult>& results,

@@ -150,8 +150,8 @@ std::vector<VecX> generalised_forces(const WetSurface& surface,
   return forces;
 }
 
-MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface) {
-  const MatX& J = nodes.seen_jacobian();
+MatX reduced_flux(const NodalSurface& nodes, const SurfaceFlux& surface) {
+  const MatX& J = nodes.reduced_jacobian();
   MatX flux = MatX::Zero(J.cols(), static_cast<Eigen::Index>(surface.ends.size()));
   for (std::size_t m = 0; m < surface.ends.size(); ++m)
     for (std::size_t e = surface.begin(m); e < surface.ends[m]; ++e)
@@ -259,7 +259,7 @@ BodyFlux body_flux(const Grid& g, const BodySurface& body, SweptSurface& swept) 
   BodyFlux f{cell_indices(g, swept.slots.cells()), {}, {}};
   while (swept.flux.ends.size() < f.cell.size()) swept.flux.end_column();
   if (body.nodes) {
-    f.flux = seen_flux(*body.nodes, swept.flux);
+    f.flux = reduced_flux(*body.nodes, swept.flux);
     f.surface = std::move(swept.flux);
     return f;
   }

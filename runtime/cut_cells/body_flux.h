@@ -19,8 +19,8 @@ namespace archetide {
 /// velocity pushes into each cell, (6 + r) x m, m^2 per unit y. Cut cells: F = integral over
 /// (surface within the cell) of v . n, exact for the polyhedral surface, so that a uniform or rigid
 /// motion obeys the discrete divergence theorem to round-off and volume-changing modes need no
-/// extra term. Voxel: F = G^T W^T Q on constraint faces. Of a body of nodes `flux` is that of what
-/// is seen of it, and F^T y = (flux, surface)^T NodalSurface::to_solve(y).
+/// extra term. Voxel: F = G^T W^T Q on constraint faces. Of a body of nodes `flux` is that of its
+/// reduced velocity, and F^T y = (flux, surface)^T NodalSurface::to_solve(y).
 struct BodyFlux {
   std::vector<std::int64_t> cell;  // m, index into the grid; < 0: beyond the tank
   MatX flux;                       // (6 + r) x m
@@ -106,8 +106,8 @@ auto parts_of(const std::vector<Item>& items, const OfSome& of_some) {
 std::vector<VecX> generalised_forces(const WetSurface& surface,
                                      const std::vector<std::vector<Mat3>>& parts);
 
-/// Of what is seen of a body of nodes (BodyFlux::flux), m^2 per unit y.
-MatX seen_flux(const NodalSurface& nodes, const SurfaceFlux& surface);
+/// Of the reduced velocity of a body of nodes (BodyFlux::flux), m^2 per unit y.
+MatX reduced_flux(const NodalSurface& nodes, const SurfaceFlux& surface);
 
 /// Fractions that solids take of the grid: of each face's area and of each cell's volume, in [0,1].
 struct SolidFractions {

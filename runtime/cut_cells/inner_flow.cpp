@@ -110,7 +110,7 @@ InnerFlow inner_flow(const Archetype& a) {
 }
 
 PlacedInnerFlow::PlacedInnerFlow(const InnerFlow& flow, const BodySurface& s) : centre_(s.centre) {
-  const int r = seen_dofs(*s.body) - 6;
+  const int r = reduced_dofs(*s.body) - 6;
   const MatX& spin_of_modes = s.nodes ? s.nodes->spin_of_modes() : s.terms.spin_of_modes;
   for (auto& rows : axis_) rows.setZero(6 + r, 10);
   for (int a = 0; a < 3; ++a) axis_[a](a, 0) = 1.0;

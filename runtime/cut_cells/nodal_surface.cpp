@@ -9,11 +9,11 @@ NodalSurface::NodalSurface(const ReducedBody& body, const ConfigurationTerms& te
       shape_(terms.shape),
       spin_(terms.spin_of_modes) {
   for (const Vec3& x : points) arms_.emplace_back(x - body.position);
-  const Eigen::Index r = seen_dofs() - 6;
+  const Eigen::Index r = reduced_dofs() - 6;
   MatX unit = MatX::Zero(6 + space_->size(), 6 + r);
   unit.topLeftCorner<6, 6>().setIdentity();
   if (r > 0) unit.bottomRightCorner(space_->size(), r) = space_->modes();
-  seen_jacobian_ = velocity(unit);
+  reduced_jacobian_ = velocity(unit);
   spin_of_modes_ = MatX::Zero(3, r);
   if (r > 0) spin_of_modes_ = spin_ * space_->modes();
 }
@@ -57,10 +57,10 @@ MatX NodalSurface::force(const MatX& g) const {
 
 MatX NodalSurface::to_solve(const MatX& y) const {
   MatX out(rows(), y.cols());
-  out.topRows(seen_dofs()) = space_->seen_velocity(y);
+  out.topRows(reduced_dofs()) = space_->reduced_velocity(y);
   MatX rest = MatX::Zero(y.rows(), y.cols());
   rest.bottomRows(space_->size()) = y.bottomRows(space_->size());
-  const Eigen::Index r = seen_dofs() - 6;
+  const Eigen::Index r = reduced_dofs() - 6;
   if (r > 0) rest.bottomRows(space_->size()).noalias() -= space_->modes() * out.middleRows(6, r);
   out.bottomRows(3L * vertices()) = velocity(rest);
   return out;
@@ -68,7 +68,7 @@ MatX NodalSurface::to_solve(const MatX& y) const {
 
 MatX NodalSurface::to_body(const MatX& f) const {
   MatX out = force(f.bottomRows(3L * vertices()));
-  const Eigen::Index r = seen_dofs() - 6;
+  const Eigen::Index r = reduced_dofs() - 6;
   out.topRows<6>() = f.topRows<6>();
   if (r > 0)
     out.bottomRows(space_->size()).noalias() +=

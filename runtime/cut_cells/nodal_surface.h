@@ -22,19 +22,19 @@ class NodalSurface {
                const std::vector<Vec3>& points);
 
   int vertices() const { return static_cast<int>(arms_.size()); }  // ns
-  int seen_dofs() const { return space_->seen_dofs(); }            // 6 + r
-  int rows() const { return seen_dofs() + 3 * vertices(); }        // 6 + r + 3 ns
+  int reduced_dofs() const { return space_->reduced_dofs(); }      // 6 + r
+  int rows() const { return reduced_dofs() + 3 * vertices(); }     // 6 + r + 3 ns
   const NodalSpace& space() const { return *space_; }
 
   MatX velocity(const MatX& y) const;  // J y, columns side by side
   MatX force(const MatX& g) const;     // J^T g
   /// J of the stored modes, 3 ns x (6 + r), and the spin that is taken out of them, 3 x r.
-  const MatX& seen_jacobian() const { return seen_jacobian_; }
+  const MatX& reduced_jacobian() const { return reduced_jacobian_; }
   const MatX& spin_of_modes() const { return spin_of_modes_; }
 
-  /// (seen velocity, J of the rest): 6 + r + 3 ns.
+  /// (reduced velocity, J of the rest): 6 + r + 3 ns.
   MatX to_solve(const MatX& y) const;
-  /// Its transpose: (force on what is seen, forces on the vertices) to 6 + 3 n.
+  /// Its transpose: (reduced force, forces on the vertices) to 6 + 3 n.
   MatX to_body(const MatX& f) const;
 
  private:
@@ -43,7 +43,7 @@ class NodalSurface {
   ShapeCorrection shape_;
   MatX spin_;               // 3 x 3 n
   std::vector<Vec3> arms_;  // ns, world, m
-  MatX seen_jacobian_, spin_of_modes_;
+  MatX reduced_jacobian_, spin_of_modes_;
 };
 
 }  // namespace archetide

@@ -208,7 +208,7 @@ NodalVoxelCoupling nodal_voxel_coupling(const Grid& g, const VoxelBody& body, co
                            f->sign * g.dx * g.dx * f->bary[v] * Vec3::Unit(f->axis));
     c.flux.surface.end_column();
   }
-  c.flux.flux = seen_flux(*s.nodes, c.flux.surface);
+  c.flux.flux = reduced_flux(*s.nodes, c.flux.surface);
   const auto count = static_cast<Eigen::Index>(wet.size());
   MatX G = MatX::Zero(3L * s.nodes->vertices(), count);
   c.momentum.resize(count);

@@ -94,8 +94,8 @@ void start_reflection(const MacField& before, double steps, const Reflection& re
         valid[a],
         [&](std::size_t n, int count) {
           const unsigned char* marks = valid[a].data() + n;
-          double *here = u[a].data() + n, *ahead = carrier[a].data() + n;
-          continue_row(here, before[a].data() + n, marks, steps, ahead, count, ahead);
+          double *here = u[a].data() + n, *on = carrier[a].data() + n;
+          continue_row(here, before[a].data() + n, marks, steps, on, count, on);
           reflect_row(push[a].data() + n, -1.0, 0.0, per_usual, reflection.deep[a].data() + n,
                       marks, count, here);
         },

@@ -80,10 +80,10 @@ struct BlockSlot {
   explicit BlockSlot(const Block& d) {
     const Block zero = {};
     const auto low = d < 0.0;
-    Block ahead[4];  // one point behind, on a path from point 0 to d, the point, and two ahead
-    inner_weights<Block>(1.0 + (low ? -d : d), ahead);
-    w[0] = low ? ahead[3] : zero, w[1] = low ? ahead[2] : ahead[0], w[2] = ahead[1];
-    w[3] = low ? ahead[0] : ahead[2], w[4] = low ? zero : ahead[3];
+    Block path[4];  // one point behind, on a path from point 0 to d, the point, and two ahead
+    inner_weights<Block>(1.0 + (low ? -d : d), path);
+    w[0] = low ? path[3] : zero, w[1] = low ? path[2] : path[0], w[2] = path[1];
+    w[3] = low ? path[0] : path[2], w[4] = low ? zero : path[3];
     int lower = 0;
     for (int l = 0; l < kBlock; ++l) lower += d[l] < 0.0 ? 1 : 0;
     first = lower > 0 ? 0 : 1, last = lower < kBlock ? 4 : 3;

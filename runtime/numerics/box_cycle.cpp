@@ -103,7 +103,7 @@ void BlockLevel::neighbours(std::size_t cell, Lanes& sum) const {
 }
 
 // x = diag^-1 (b + sum w x_neighbour)
-void BlockLevel::relax(const Rows& r, Colour colour, MultigridLevel::Ahead) {
+void BlockLevel::relax(const Rows& r, Colour colour, MultigridLevel::Prefetch) {
   for_coloured(r, colour, [&](int, int, int, std::size_t cell) {
     Lanes sum, rhs;
     neighbours(cell, sum);

@@ -33,7 +33,7 @@ struct BlockLevel {
   int strip(int stages) const;
   std::size_t work_of(int k) const;
 
-  void relax(const Rows& r, Colour colour, MultigridLevel::Ahead);
+  void relax(const Rows& r, Colour colour, MultigridLevel::Prefetch);
   void start(const Rows& r);
   void clear_rhs();
   void restrict_residual(const Rows& r, BlockLevel& coarse) const;

@@ -135,9 +135,9 @@ void complete_ends(const Row& row, int parity, float* x) {
 }  // namespace
 
 // x = diag^-1 (b + sum w x_neighbour); in uniform rows (b / c + sum x_neighbour) / neighbours
-void MultigridLevel::relax(const Rows& r, Colour colour, Ahead ahead) {
-  const AlignedFloats& soon = ahead.rhs ? b : x;
-  const std::size_t further = r.k + ahead.planes < nz ? ahead.planes * sz : 0;
+void MultigridLevel::relax(const Rows& r, Colour colour, Prefetch prefetch) {
+  const AlignedFloats& soon = prefetch.rhs ? b : x;
+  const std::size_t further = r.k + prefetch.planes < nz ? prefetch.planes * sz : 0;
   for_rows(*this, r, [&](const Row& row) {
     const int parity = row.parity() ^ static_cast<int>(colour);
     const float* next = soon.data() + row.at + further;

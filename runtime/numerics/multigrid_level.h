@@ -79,12 +79,12 @@ struct MultigridLevel {
   int strip(int stages) const { return strip_rows(stages, 2 * sizeof(float) * sy); }
 
   /// What to fetch into the cache meanwhile: x, or b, so many planes further on.
-  struct Ahead {
+  struct Prefetch {
     bool rhs = false;
     int planes = 0;
   };
   /// Gauss-Seidel on the cells of one colour.
-  void relax(const Rows& r, Colour colour, Ahead ahead);
+  void relax(const Rows& r, Colour colour, Prefetch prefetch);
   /// x = diag^-1 b on red, 0 on black: the first red relaxation from x = 0.
   void start(const Rows& r);
   /// Sets plane k of b to 0.

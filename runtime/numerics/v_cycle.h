@@ -12,7 +12,7 @@ namespace archetide {
 
 /// What the first stage of a way down or up takes from memory while stage 1 or 2, so many planes
 /// behind it, works in the cache: the hardware does not look beyond the strip.
-inline MultigridLevel::Ahead ahead_of_stage(int stage) {
+inline MultigridLevel::Prefetch prefetch_of_stage(int stage) {
   if (stage == 1) return {false, 2};
   if (stage == 2) return {true, 3};
   return {};
@@ -33,7 +33,7 @@ void pass_planes(Level& level, Stage&& stage) {
 /// Stages 1, 2, 3, 4: black, red, black, red.
 template <class Level>
 void relax_at_stage(Level& level, int n, const MultigridLevel::Rows& rows) {
-  level.relax(rows, n % 2 == 1 ? Colour::kBlack : Colour::kRed, ahead_of_stage(n));
+  level.relax(rows, n % 2 == 1 ? Colour::kBlack : Colour::kRed, prefetch_of_stage(n));
 }
 
 /// start(rows), which is the first red, then black, red, black, and the residual to the next level.

@@ -95,7 +95,8 @@ Manifest describe_run(const RunSetup& setup, const Simulation& simulation) {
                               a.r(), archetype_bytes(a)});
     m.bodies.push_back({b < setup.body_names.size() ? setup.body_names[b] : a.name, a.name,
                         a.integrals.mass * bodies[b].mass_scale, a.density * bodies[b].mass_scale,
-                        seen_dofs(bodies[b]) - 6, static_cast<double>(instance_bytes(bodies[b]))});
+                        reduced_dofs(bodies[b]) - 6,
+                        static_cast<double>(instance_bytes(bodies[b]))});
   }
   return m;
 }

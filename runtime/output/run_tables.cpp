@@ -155,7 +155,7 @@ void GaugesTable::flush() {
 
 BodiesTable::BodiesTable(const std::string& path, const std::vector<ReducedBody>& bodies, bool keep)
     : csv_(path, keep) {
-  for (const ReducedBody& body : bodies) modes_ = std::max(modes_, seen_dofs(body) - 6);
+  for (const ReducedBody& body : bodies) modes_ = std::max(modes_, reduced_dofs(body) - 6);
   if (!keep) write_header();
 }
 
@@ -186,7 +186,7 @@ void BodiesTable::add(double time, int body_index, const ReducedBody& body, cons
   cells(csv_, body.L);
   cells(csv_, impulse);
   cells(csv_, angular_impulse);
-  const VecX q = seen_amplitudes(body);
+  const VecX q = reduced_amplitudes(body);
   for (int m = 0; m < modes_; ++m)
     if (m < q.size())
       csv_.cell(q[m]);

@@ -189,14 +189,14 @@ void CoupledOperator::setup_closed_regions() {
 
 namespace {
 
-/// Forces on what is seen of a body of nodes, and on its vertices.
+/// Reduced forces on a body of nodes, and those on its vertices.
 template <class Place, class Value>
-VecX with_surface(const CoupledOperator::Body& body, const VecX& seen,
+VecX with_surface(const CoupledOperator::Body& body, const VecX& reduced,
                   const std::vector<Place>& place, const Value* x) {
   VecX f = VecX::Zero(body.rows());
-  f.head(seen.size()) = seen;
+  f.head(reduced.size()) = reduced;
   body.surface.gather([&](std::size_t m) { return static_cast<double>(x[place[m]]); },
-                      f.tail(f.size() - seen.size()));
+                      f.tail(f.size() - reduced.size()));
   return f;
 }
 
@@ -204,23 +204,23 @@ VecX with_surface(const CoupledOperator::Body& body, const VecX& seen,
 
 VecX CoupledOperator::gather(std::size_t b, const double* x) const {
   const Body& body = bodies_[b];
-  VecX seen = gather_columns(body.flux, body.cell, x);
-  return body.nodes ? with_surface(body, seen, body.cell, x) : seen;
+  VecX reduced = gather_columns(body.flux, body.cell, x);
+  return body.nodes ? with_surface(body, reduced, body.cell, x) : reduced;
 }
 
 VecX CoupledOperator::gather(std::size_t b, const std::vector<std::size_t>& place,
                              const float* x) const {
   const Body& body = bodies_[b];
-  VecX seen = gather_columns(body.flux, place, x);
-  return body.nodes ? with_surface(body, seen, place, x) : seen;
+  VecX reduced = gather_columns(body.flux, place, x);
+  return body.nodes ? with_surface(body, reduced, place, x) : reduced;
 }
 
 void CoupledOperator::scatter(const std::vector<VecX>& v, double factor, double* y) const {
   const auto add = [&](const Body& body, const VecX& at, std::size_t first, std::size_t end) {
     if (!body.nodes) return scatter_columns(body.flux, body.cell, first, end, factor * at, y);
-    const Eigen::Index seen = body.flux.rows();
-    scatter_columns(body.flux, body.cell, first, end, factor * at.head(seen), y);
-    const VecX at_vertices = factor * at.tail(at.size() - seen);
+    const Eigen::Index reduced = body.flux.rows();
+    scatter_columns(body.flux, body.cell, first, end, factor * at.head(reduced), y);
+    const VecX at_vertices = factor * at.tail(at.size() - reduced);
     for (std::size_t m = first; m < end; ++m)
       y[body.cell[m]] += body.surface.pushed(m, at_vertices);
   };
@@ -288,8 +288,8 @@ MatX CoupledOperator::own_inverse(std::size_t b) const {
   if (!rows_ || !rows_->touches(body)) return bodies_[b].inverse_mass;
   if (bodies_[b].nodes) {
     const RowAnswers& rows = *bodies_[b].nodes->rows();
-    const MatX seen = rows.in_solve.topRows(bodies_[b].flux.rows()).transpose();
-    return bodies_[b].inverse_mass - to_scaled_mass_ * rows_->own_loss(body, seen);
+    const MatX reduced = rows.in_solve.topRows(bodies_[b].flux.rows()).transpose();
+    return bodies_[b].inverse_mass - to_scaled_mass_ * rows_->own_loss(body, reduced);
   }
   return to_scaled_mass_ * rows_->own_block(body);
 }

@@ -13,7 +13,7 @@
 namespace archetide {
 
 /// One body inside a coupled solve: in its flux, its mass and uncoupled velocity; out its velocity.
-/// Of a body of nodes `inverse_mass` is the block of what is seen of it (NodalInverse::block) and
+/// Of a body of nodes `inverse_mass` is the reduced block (NodalInverse::block) and
 /// `nodes` the whole, y has 6 + 3 n entries.
 struct CoupledBody {
   BodyFlux flux;      // F; columns of cells without an unknown are ignored
@@ -77,7 +77,7 @@ class CoupledOperator {
     Vec3i low = Vec3i::Zero(), high = Vec3i::Zero();  // box around the cells
     MatX added_mass;                                  // over rho dx^3, roughly: from the flux alone
 
-    // A body of nodes: flux, inverse and added mass are those of what is seen of it. In the solve
+    // A body of nodes: flux, inverse and added mass are the reduced ones. In the solve
     // its forces and velocities have rows() entries, those of NodalSurface::to_body and to_solve.
     std::shared_ptr<const NodalBody> nodes = nullptr;
     SurfaceFlux surface = {};  // over dx^2, columns of the same cells

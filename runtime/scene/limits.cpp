@@ -83,7 +83,7 @@ Culprit most_deformed(const Simulation& simulation) {
   if (culprit.body < 0) return culprit;
   const ReducedBody& body = simulation.bodies()[culprit.body];
   largest = 0.0;
-  const VecX q = seen_amplitudes(body);
+  const VecX q = reduced_amplitudes(body);
   for (int i = 0; i < static_cast<int>(q.size()); ++i) {
     const double d = std::abs(q[i]) * body.archetype->surface_modes.col(i).cwiseAbs().maxCoeff();
     if (d > largest) largest = d, culprit.mode = i;

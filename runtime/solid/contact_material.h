@@ -13,7 +13,7 @@ struct ContactMaterial {
 
 /// Of two surfaces that meet: the livelier one bounces, and friction is the geometric mean, so that
 /// ice is slippery against everything. Two of one kind are that kind.
-inline ContactMaterial between(const ContactMaterial& a, const ContactMaterial& b) {
+inline ContactMaterial pair_material(const ContactMaterial& a, const ContactMaterial& b) {
   return {std::max(a.restitution, b.restitution),
           a.friction == b.friction ? a.friction : std::sqrt(a.friction * b.friction)};
 }

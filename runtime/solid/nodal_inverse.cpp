@@ -15,8 +15,8 @@ MatX loss_of(const MatX& B, const MatX& C) {
   return 0.5 * (G + G.transpose());
 }
 
-// H^-1 of unit seen forces, (6 + 3 n) x (6 + r).
-MatX seen_answers(const GeneralisedMass& H) {
+// H^-1 of unit reduced forces, (6 + 3 n) x (6 + r).
+MatX reduced_answers(const GeneralisedMass& H) {
   const MatX of_modes = H.nodal->answers_of_modes();
   MatX X = MatX::Zero(6 + of_modes.rows(), 6 + of_modes.cols());
   X.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / H.mass);
@@ -45,14 +45,14 @@ MatX RowForces::velocities(const MatX& y) const {
 
 NodalInverse::NodalInverse(GeneralisedMass H) : H_(std::move(H)) {
   ARCHETIDE_CHECK(H_.nodal);
-  seen_ = std::make_shared<const MatX>(seen_answers(H_));
-  block_ = space().seen_velocity(*seen_);
+  reduced_ = std::make_shared<const MatX>(reduced_answers(H_));
+  block_ = space().reduced_velocity(*reduced_);
   block_ = 0.5 * (block_ + block_.transpose()).eval();
 }
 
-void NodalInverse::add_seen(const MatX& C) {
+void NodalInverse::add_reduced(const MatX& C) {
   ARCHETIDE_CHECK(losses_.empty());
-  take(*seen_, loss_of(block_, C));
+  take(*reduced_, loss_of(block_, C));
 }
 
 void NodalInverse::add(const MatX& U, const MatX& C) {
@@ -62,16 +62,16 @@ void NodalInverse::add(const MatX& U, const MatX& C) {
 }
 
 void NodalInverse::take(MatX X, const MatX& G) {
-  MatX seen = space().seen_velocity(X);
-  const MatX lost = seen * G * seen.transpose();
+  MatX reduced = space().reduced_velocity(X);
+  const MatX lost = reduced * G * reduced.transpose();
   block_ -= 0.5 * (lost + lost.transpose());
-  losses_.push_back(std::make_shared<const Loss>(Loss{std::move(X), G, std::move(seen)}));
+  losses_.push_back(std::make_shared<const Loss>(Loss{std::move(X), G, std::move(reduced)}));
 }
 
-MatX NodalInverse::solve_seen(const MatX& f) const {
-  MatX y = *seen_ * f;
+MatX NodalInverse::solve_reduced(const MatX& f) const {
+  MatX y = *reduced_ * f;
   for (const auto& loss : losses_)
-    y.noalias() -= loss->X * (loss->G * (loss->seen.transpose() * f)).eval();
+    y.noalias() -= loss->X * (loss->G * (loss->reduced.transpose() * f)).eval();
   return y;
 }
 

@@ -28,19 +28,19 @@ class NodalInverse {
 
   const NodalSpace& space() const { return H_.nodal->space(); }
   int size() const { return H_.size(); }
-  /// What seen forces (6 + r) do to seen velocities: the block of NodalSpace::seen_velocity.
+  /// What reduced forces (6 + r) do to reduced velocities: the block of NodalSpace::reduced_velocity.
   const MatX& block() const { return block_; }
 
-  /// The mass gains C (6 + r)^2 in seen velocities; before anything else.
-  void add_seen(const MatX& C);
+  /// The mass gains C (6 + r)^2 in reduced velocities; before anything else.
+  void add_reduced(const MatX& C);
   /// The mass gains U C U^T, U (6 + 3 n) x k.
   void add(const MatX& U, const MatX& C);
   /// The inverse loses X G X^T, X (6 + 3 n) x k, G symmetric.
   void take(MatX X, const MatX& G);
 
   MatX solve(const MatX& f) const;
-  /// The same of seen forces; no pass over the factor.
-  MatX solve_seen(const MatX& f) const;
+  /// The same of reduced forces; no pass over the factor.
+  MatX solve_reduced(const MatX& f) const;
   /// J H^-1 J^T, K x K; half a pass over a part of the factor.
   MatX compliance(const RowForces& J) const;
   /// The same of many bodies at once, f[b] through inverses[b], in place.
@@ -49,10 +49,11 @@ class NodalInverse {
  private:
   struct Loss {
     MatX X, G;
-    MatX seen;  // NodalSpace::seen_velocity of X
+    MatX reduced;  // NodalSpace::reduced_velocity of X
   };
   GeneralisedMass H_;
-  std::shared_ptr<const MatX> seen_;  // H^-1 of unit seen forces, losses apart, (6 + 3 n) x (6 + r)
+  std::shared_ptr<const MatX>
+      reduced_;  // H^-1 of unit reduced forces, losses apart, (6 + 3 n) x (6 + r)
   MatX block_;
   std::vector<std::shared_ptr<const Loss>> losses_;
 };

@@ -87,9 +87,9 @@ MatX NodalRows::answers(const std::vector<int>& rows) const {
   return answer(units);
 }
 
-MatX NodalRows::seen() const {
-  const int n = inverse_->space().seen_dofs();
-  return velocity(inverse_->solve_seen(MatX::Identity(n, n))).transpose();
+MatX NodalRows::reduced() const {
+  const int n = inverse_->space().reduced_dofs();
+  return velocity(inverse_->solve_reduced(MatX::Identity(n, n))).transpose();
 }
 
 void set_inverses(const std::vector<const GeneralisedMass*>& H, const RowsOfNodes& rows) {

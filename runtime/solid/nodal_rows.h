@@ -51,7 +51,7 @@ class NodalRows {
   const MatX& inverse_mass() const { return inverse_mass_; }            // J H^-1 J^T, K x K
   MatX answer(const MatX& g) const { return inverse_->solve(force(g)); }  // H^-1 J^T g
   MatX answers(const std::vector<int>& rows) const;  // those columns of H^-1 J^T
-  MatX seen() const;  // NodalSpace::seen_velocity of H^-1 J^T, (6 + r) x K
+  MatX reduced() const;  // NodalSpace::reduced_velocity of H^-1 J^T, (6 + r) x K
 
  private:
   struct Point {

@@ -82,15 +82,15 @@ MatX NodalSpace::from_mass(const MatX& f) const {
   return f - spin_.transpose() * (rotations_.transpose() * f).eval();
 }
 
-MatX NodalSpace::seen_velocity(const MatX& y) const {
-  MatX seen(seen_dofs(), y.cols());
-  seen.topRows<6>() = y.topRows<6>();
-  seen.bottomRows(mode_moments_.cols()).noalias() =
+MatX NodalSpace::reduced_velocity(const MatX& y) const {
+  MatX reduced(reduced_dofs(), y.cols());
+  reduced.topRows<6>() = y.topRows<6>();
+  reduced.bottomRows(mode_moments_.cols()).noalias() =
       mode_moments_.transpose() * y.bottomRows(size());
-  return seen;
+  return reduced;
 }
 
-MatX NodalSpace::from_seen_force(const MatX& f) const {
+MatX NodalSpace::from_reduced_force(const MatX& f) const {
   MatX all(6 + size(), f.cols());
   all.topRows<6>() = f.topRows<6>();
   all.bottomRows(size()).noalias() = mode_moments_ * f.bottomRows(mode_moments_.cols());
@@ -395,19 +395,19 @@ MatX NodalMass::compliance(const Eigen::SparseMatrix<double>& E) const {
   return sum;
 }
 
-int seen_dofs(const ReducedBody& body) {
-  return body.nodes ? body.nodes->seen_dofs() : body.dofs();
+int reduced_dofs(const ReducedBody& body) {
+  return body.nodes ? body.nodes->reduced_dofs() : body.dofs();
 }
 
-VecX seen_velocity(const ReducedBody& body, const VecX& y) {
-  return body.nodes ? VecX(body.nodes->seen_velocity(y)) : y;
+VecX reduced_velocity(const ReducedBody& body, const VecX& y) {
+  return body.nodes ? VecX(body.nodes->reduced_velocity(y)) : y;
 }
 
-VecX from_seen_force(const ReducedBody& body, const VecX& f) {
-  return body.nodes ? VecX(body.nodes->from_seen_force(f)) : f;
+VecX from_reduced_force(const ReducedBody& body, const VecX& f) {
+  return body.nodes ? VecX(body.nodes->from_reduced_force(f)) : f;
 }
 
-VecX seen_amplitudes(const ReducedBody& body) {
+VecX reduced_amplitudes(const ReducedBody& body) {
   return body.nodes ? body.nodes->amplitudes(body.q) : body.q;
 }
 

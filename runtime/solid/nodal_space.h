@@ -39,10 +39,10 @@ class NodalSpace {
   /// stored modes, u = modes() q + rest with the rest M-orthogonal to them. Generalised velocities
   /// (6 + 3 n) as (v, w, q_dot), 6 + r, columns side by side; and the transpose, for forces.
   const MatX& modes() const { return archetype_->node_modes; }  // 3 n x r
-  int seen_dofs() const { return 6 + static_cast<int>(mode_moments_.cols()); }
+  int reduced_dofs() const { return 6 + static_cast<int>(mode_moments_.cols()); }
   VecX amplitudes(const VecX& u) const { return mode_moments_.transpose() * u; }  // r
-  MatX seen_velocity(const MatX& y) const;
-  MatX from_seen_force(const MatX& f) const;
+  MatX reduced_velocity(const MatX& y) const;
+  MatX from_reduced_force(const MatX& f) const;
   const MatX& mode_moments() const { return mode_moments_; }  // M modes M_r^-1, 3 n x r
 
   VecX at_surface(const VecX& u) const;    // 3 ns

@@ -84,13 +84,13 @@ inline double body_mass(const ReducedBody& body) {
 }
 
 /// What tables, and the water that a body carries, see of its velocity y (6 + r): y itself; of a
-/// body of nodes (v, w, rates of the archetype's stored modes), NodalSpace::seen_velocity. And the
+/// body of nodes (v, w, rates of the archetype's stored modes), NodalSpace::reduced_velocity. And the
 /// transpose, for generalised forces.
-int seen_dofs(const ReducedBody& body);
-VecX seen_velocity(const ReducedBody& body, const VecX& y);
-VecX from_seen_force(const ReducedBody& body, const VecX& f);
+int reduced_dofs(const ReducedBody& body);
+VecX reduced_velocity(const ReducedBody& body, const VecX& y);
+VecX from_reduced_force(const ReducedBody& body, const VecX& f);
 /// q; of a body of nodes the amplitudes of the stored modes.
-VecX seen_amplitudes(const ReducedBody& body);
+VecX reduced_amplitudes(const ReducedBody& body);
 
 /// Where the body is now.
 Configuration current_configuration(const ReducedBody& body);

@@ -272,8 +272,8 @@ TEST(NodalRows, AreTheVelocitiesOfTheirPoints) {
       EXPECT_LT((rows.inverse_mass().col(k) - J * answer).norm(), 1e-12 * (J * answer).norm());
     }
     EXPECT_LT((rows.answer(g) - answers * g).norm(), 1e-12 * (answers * g).norm());
-    const MatX seen = body.nodes->seen_velocity(answers);
-    EXPECT_LT((rows.seen() - seen).norm(), 1e-12 * seen.norm());
+    const MatX reduced = body.nodes->reduced_velocity(answers);
+    EXPECT_LT((rows.reduced() - reduced).norm(), 1e-12 * reduced.norm());
   };
   expect_answers(inverse.solve(J.transpose()));
   rows.set_inverse(NodalInverse(H));
