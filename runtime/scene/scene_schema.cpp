@@ -255,7 +255,7 @@ Keys coupling_keys() {
                       "as its cells (cut-cell), or all triangles"},
           {.path = "coupling.tolerance",
            .range = between(1e-14, 1e-2),
-           .fallback = "1e-8",
+           .fallback = "1e-5",
            .meaning = "relative residual of the coupled solve; one below round-off (some 1e-11) "
                       "is met as far as round-off lets it"},
           {.path = "coupling.max_iterations",

@@ -189,7 +189,7 @@ struct SceneSpec {
   Scheme scheme = Scheme::kNewmark;
   Geometry geometry = Geometry::kCutCell;
   bool full_surface = false;  // the water meets every triangle, not a rung
-  double tolerance = 1e-8;
+  double tolerance = 1e-5;      // [D88]
   int max_iterations = 200;
   ModalOptions modal;
   OnFail on_fail = OnFail::kHalveStep;
