@@ -41,10 +41,17 @@ TetMatrices sparse_matrices(const TetMesh& mesh, const SmallFem& fem, std::vecto
   return m;
 }
 
-FullBlob::FullBlob(int stored, bool corrected) {
+FullBlob::FullBlob(int stored, bool corrected) { derive(stored, corrected); }
+
+FullBlob::FullBlob(TetMesh mesh, double rho, double E, int stored)
+    : tets(std::move(mesh)), density(rho), young(E) {
+  derive(stored, true);
+}
+
+void FullBlob::derive(int stored, bool corrected) {
   const ElasticModes modes = elastic_modes(fem);
   synthetic =
-      deformable_archetype(tets, 400.0, modes.shapes.leftCols(stored), modes.omega.head(stored));
+      deformable_archetype(tets, density, modes.shapes.leftCols(stored), modes.omega.head(stored));
   if (!corrected) synthetic = linear_alone(synthetic);
   archetype = synthetic.archetype;
   archetype->alpha = 0.1, archetype->beta = 1e-3;
@@ -52,15 +59,20 @@ FullBlob::FullBlob(int stored, bool corrected) {
   nodes = std::make_shared<const NodalSpace>(archetype);
 }
 
+void FullBlob::make_nonlinear() {
+  Archetype& a = *archetype;
+  const auto count = static_cast<Eigen::Index>(a.tets.tets.size());
+  a.matrices.lambda =
+      VecX::Constant(count, young * kPoisson / ((1.0 + kPoisson) * (1.0 - 2.0 * kPoisson)));
+  a.matrices.mu = VecX::Constant(count, 0.5 * young / (1.0 + kPoisson));
+  const TetElasticity V(a.tets, a.matrices.lambda, a.matrices.mu);
+  a.elastic = V.sampled(a.node_modes, V.points(), VecX::Ones(count));
+  nodes = std::make_shared<const NodalSpace>(archetype);
+}
+
 std::shared_ptr<const FullBlob> nonlinear_blob(int stored) {
   auto blob = std::make_shared<FullBlob>(stored);
-  Archetype& a = *blob->archetype;
-  const auto tets = static_cast<Eigen::Index>(a.tets.tets.size());
-  a.matrices.lambda = VecX::Constant(tets, 2e4 * 0.4 / (1.4 * 0.2));
-  a.matrices.mu = VecX::Constant(tets, 2e4 / 2.8);
-  const TetElasticity V(a.tets, a.matrices.lambda, a.matrices.mu);
-  a.elastic = V.sampled(a.node_modes, V.points(), VecX::Ones(tets));
-  blob->nodes = std::make_shared<const NodalSpace>(blob->archetype);
+  blob->make_nonlinear();
   return blob;
 }
 

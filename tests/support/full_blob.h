@@ -17,16 +17,25 @@ TetMatrices sparse_matrices(const TetMesh& mesh, const SmallFem& fem, std::vecto
 /// and the matrices of its nodes.
 struct FullBlob {
   static constexpr int kAll = 75;
+  static constexpr double kDensity = 400.0, kYoung = 2e4, kPoisson = 0.4;  // kg/m^3, Pa, 1
   TetMesh tets = blob_tets(3, Vec3(0.5, 0.4, 0.3), Vec3i(2, 2, 2));
-  SmallFem fem = small_fem(tets, 400.0, 2e4, 0.4);
+  double density = kDensity, young = kYoung;
+  SmallFem fem = small_fem(tets, density, young, kPoisson);
   SyntheticBody synthetic;
   std::shared_ptr<Archetype> archetype;
   std::shared_ptr<const NodalSpace> nodes;
 
   explicit FullBlob(int stored = kAll, bool corrected = true);
+  /// Another one, of linear tets.
+  FullBlob(TetMesh mesh, double density, double young, int stored);
+  /// NeoHookean from now on: the energy of the stored modes is that of all tets.
+  void make_nonlinear();
+
+ private:
+  void derive(int stored, bool corrected);
 };
 
-/// The same of NeoHookean material, whose stored modes have the energy of all tets.
+/// The same of NeoHookean material.
 std::shared_ptr<const FullBlob> nonlinear_blob(int stored = FullBlob::kAll);
 
 /// A body of the blob's stored modes, and one of its nodes, at rest.
