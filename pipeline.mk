@@ -19,6 +19,8 @@ JOBS := $(shell n=$$(nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 3145728)
   [ "$$m" -ge "$$n" ] || n=$$m; echo $$(( n > 1 ? n : 1 )))
 endif
 THREADS ?=
+# What goes before each program that computes: LAUNCH='srun -n1 -c8', or nice.
+LAUNCH ?=
 # Warnings are errors; OFF for other compilers than Debian bookworm's.
 WERROR ?= ON
 ARCHETYPES ?= $(OUT)/archetypes
@@ -192,7 +194,7 @@ bodies: $(ARCHETIDE_BODIES:%=$(ARCHETYPES)/%.h5)
 # Written aside and renamed by the program: a body that fails keeps its old archetype.
 $(ARCHETYPES)/%.h5: $(ASSETS)/bodies/%.body.toml | $(ARCHETIDE_PRECOMPUTE)
 	@mkdir -p '$(@D)'
-	'$(ARCHETIDE_PRECOMPUTE)' build '$<' -o '$@' --depfile '$@.d' -t 1
+	$(LAUNCH) '$(ARCHETIDE_PRECOMPUTE)' build '$<' -o '$@' --depfile '$@.d' -t 1
 
 -include $(wildcard $(ARCHETYPES)/*.h5.d)
 
@@ -215,7 +217,7 @@ ARCHETIDE_LARGE_PAGES = GLIBC_TUNABLES=$${GLIBC_TUNABLES:-glibc.malloc.hugetlb=1
 
 $(ARCHETIDE_DONE): $(OUT)/runs/%/done.stamp: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)' '$(ARCHETIDE_STATE)'
-	$(ARCHETIDE_LARGE_PAGES) '$(ARCHETIDE_SIM)' run '$<' -o '$(@D)' --resume auto --replace --archetypes '$(ARCHETYPES)' -t $(archetide_threads)$(call archetide_set,$*)
+	$(ARCHETIDE_LARGE_PAGES) $(LAUNCH) '$(ARCHETIDE_SIM)' run '$<' -o '$(@D)' --resume auto --replace --archetypes '$(ARCHETYPES)' -t $(archetide_threads)$(call archetide_set,$*)
 	@echo '$(strip $(call archetide_words,$*))' >'$(ARCHETIDE_STATE)/$*.sets'
 
 # A run that was made with other key=value words than those given now is stale (none given: any will do).
@@ -245,7 +247,7 @@ $(ARCHETIDE_SCENES:%=film/%): film/%: $(ARCHETIDE_STATE)/%.film
 
 $(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
-	'$(ARCHETIDE_SIM)' render '$(OUT)/runs/$*' $(RENDER)
+	$(LAUNCH) '$(ARCHETIDE_SIM)' render '$(OUT)/runs/$*' $(RENDER)
 	@touch '$@'
 
 # Of every run that is there; runs nothing.
@@ -253,7 +255,7 @@ report: | $(ARCHETIDE_SIM)
 	@set -- '$(OUT)'/runs/*/done.stamp; \
 	[ -e "$$1" ] || { echo "report: no finished run in $(OUT)/runs" >&2; exit 2; }; \
 	for stamp; do shift; set -- "$$@" "$${stamp%/done.stamp}"; done; \
-	'$(ARCHETIDE_SIM)' report "$$@" -o '$(OUT)/report.html'
+	$(LAUNCH) '$(ARCHETIDE_SIM)' report "$$@" -o '$(OUT)/report.html'
 
 # Every figure with a known answer, and what some choices of method cost and give: OUT/scorecard.csv, OUT/bench/ and
 # OUT/scorecard.html. Rows and points that are there, of the same program, are kept. Fails, with the page written, when
@@ -398,7 +400,7 @@ clean:
 	rm -rf '$(BUILD)' '$(OUT)/demo'
 
 help:
-	@echo 'make -f $(ARCHETIDE_SELF) [-jN] [TARGET...] [ASSETS=dir] [OUT=dir] [SETS="key=value ..."] [THREADS=n]'
+	@echo 'make -f $(ARCHETIDE_SELF) [-jN] [TARGET...] [ASSETS=dir] [OUT=dir] [SETS="key=value ..."] [THREADS=n] [LAUNCH="srun -n1"]'
 	@echo '  (none)       all archetypes, then all runs        demo         install, build, run and film two coarse scenes'
 	@echo '  bodies       all archetypes                       check        install, build, run every fast test'
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'

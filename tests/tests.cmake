@@ -43,7 +43,7 @@ archetide_tests(test_unit_cut_cells unit/cut_cells archetide_cut_cells archetide
 archetide_tests(test_unit_pressure unit/pressure archetide_pressure archetide_test_support)
 archetide_tests(test_unit_coupling unit/coupling archetide_coupling archetide_test_support)
 archetide_tests(test_unit_scene unit/scene archetide_scene)
-archetide_tests(test_unit_output unit/output archetide_output)
+archetide_tests(test_unit_output unit/output archetide_output archetide_test_support)
 # What bench_paper makes of run folders.
 set(paper ${CMAKE_SOURCE_DIR}/tests/bench/frame_costs.cpp ${CMAKE_SOURCE_DIR}/tests/bench/paper/paper_scenes.cpp
     ${CMAKE_SOURCE_DIR}/tests/bench/paper/paper_run.cpp ${CMAKE_SOURCE_DIR}/tests/bench/paper/paper_page.cpp)

@@ -5,9 +5,10 @@
 #include <sstream>
 #include <vector>
 
+#include "common/archetype/archetype_figures.h"
+#include "common/archetype/archetype_json.h"
 #include "common/files/json_text.h"
 #include "precompute/base/joined.h"
-#include "precompute/inspect/archetype_figures.h"
 #include "precompute/inspect/lines.h"
 
 namespace archetide {
@@ -96,28 +97,10 @@ std::string info_text(const Archetype& a, std::size_t file_bytes,
 
 std::string info_json(const Archetype& a, std::size_t file_bytes,
                       const std::optional<BuildRecord>& record) {
-  Json out;
-  out["name"] = a.name;
-  out["generator"] = a.generator;
-  out["mesh"] = {{"file", a.mesh_file}, {"sha256", a.mesh_hash}};
-  out["mesher"] = a.mesher;
-  out["mass_kind"] = a.mass_kind;
-  out["blas"] = a.blas;
-  out["material"] = {{"density", a.density}, {"young", a.young}, {"poisson", a.poisson}};
-  out["damping"] = {{"alpha", a.alpha}, {"beta", a.beta}};
+  Json out = Json::parse(archetype_json(a, file_bytes));
   out["tets"] = a.tets.tets.size();
   out["order"] = a.tets.order();
   out["nodes"] = a.tets.nodes.size();
-  out["surface_vertices"] = a.surface.vertices.size();
-  out["volume"] = a.volume;
-  out["mass"] = a.integrals.mass;
-  out["center"] = list(a.centre);
-  out["inertia"] = rows(inertia(a));
-  out["frequencies_hz"] = frequencies_hz(a);
-  out["is_static"] = a.is_static;
-  out["frequency_error"] = std::vector<double>(a.frequency_error.begin(), a.frequency_error.end());
-  out["residuals"] = std::vector<double>(a.residuals.begin(), a.residuals.end());
-  out["quality"] = {{"min_dihedral_deg", a.min_dihedral}, {"min_radius_ratio", a.min_radius_ratio}};
   const SolidFigures solid = solid_of_surface(a);
   out["surface"] = {{"volume", solid.mass / a.density},
                     {"mass", solid.mass},
@@ -131,8 +114,6 @@ std::string info_json(const Archetype& a, std::size_t file_bytes,
   const Orthogonality o = orthogonality(a);
   out["orthogonality"] = {
       {"modes", o.mass}, {"translations", o.translation}, {"rotations", o.rotation}};
-  out["hash"] = a.content_hash;
-  out["bytes"] = file_bytes;
   if (record) {
     out["build"] = {{"seconds", object(record->seconds)},
                     {"peak_memory_bytes", object(record->memory)},

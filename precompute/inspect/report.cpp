@@ -8,12 +8,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "common/archetype/archetype_figures.h"
 #include "common/files/atomic_file.h"
 #include "common/files/base64.h"
 #include "common/files/html_text.h"
 #include "precompute/base/build_record.h"
 #include "precompute/base/tet_element.h"
-#include "precompute/inspect/archetype_figures.h"
 #include "precompute/inspect/histogram.h"
 #include "precompute/inspect/inspect.h"
 #include "precompute/inspect/picture.h"

@@ -17,9 +17,6 @@ Vec3 vector_of(const std::vector<double>& v) {
   return v.empty() ? Vec3::Zero() : Vec3(v[0], v[1], v[2]);
 }
 
-// The folder of a scene file whose archetypes are those of out/archetypes.
-constexpr const char* kHere = "assets/scenes";
-
 // A rotation vector in degrees.
 Quat turn_of(const std::vector<double>& degrees) {
   const Vec3 v = vector_of(degrees) * (M_PI / 180.0);
@@ -28,7 +25,7 @@ Quat turn_of(const std::vector<double>& degrees) {
 }
 
 int added_mass(const Arguments& a) {
-  ArchetypeLibrary library(kHere, a.archetypes);
+  ArchetypeLibrary library = ArchetypeLibrary::looking_in({"out/archetypes"}, a.archetypes);
   BodySpec spec;
   spec.where.file = library.path(a.body);
   spec.archetype = a.body;

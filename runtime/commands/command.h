@@ -24,6 +24,7 @@ struct Arguments {
   std::string directory, other_directory, frame_range, size = "1280x720";
   std::vector<std::string> directories;
   bool no_film = false;
+  int every = 10;  // watch: frames
   double tolerance = 0.0;
   // bench
   std::vector<std::string> sweeps, references;
@@ -47,6 +48,14 @@ void archetypes_option(CLI::App& app, Arguments& a);
 void scene_options(CLI::App& app, Arguments& a);
 SceneSpec read_scene(const Arguments& a);
 
+/// --frames A:B.
+void frames_option(CLI::App& app, Arguments& a);
+struct FrameRange {
+  int first = 0, last = -1;  // inclusive; last < 0: to the end
+};
+/// Of "a:b", "a:", ":b" or "a". Throws InputError.
+FrameRange frame_range(const Arguments& a);
+
 SimCommand run_command();
 SimCommand check_command();
 SimCommand deps_command();
@@ -55,7 +64,9 @@ SimCommand report_command();
 SimCommand bench_command();
 SimCommand diff_command();
 SimCommand schema_command();
-SimCommand run_info_command();
+SimCommand export_command();
+SimCommand watch_command();
+SimCommand info_command();
 SimCommand added_mass_command();
 
 /// All of them, in the order of the help.

@@ -61,10 +61,9 @@ SurfaceMesh dots(const std::vector<Vec3>& points, double radius) {
   return mesh;
 }
 
-// In linear light, which the square of sRGB is close to.
 Vec3f palette_colour(int b) {
-  const auto& c = body_palette(b);
-  return Vec3f(c[0] * c[0], c[1] * c[1], c[2] * c[2]);
+  const auto c = body_palette_in_light(b);
+  return Vec3f(c[0], c[1], c[2]);
 }
 
 int body_of(const SurfaceMesh& bodies, int vertex) {

@@ -17,4 +17,10 @@ inline const std::array<float, 3>& body_palette(int b) {
   return kColours[b % kColours.size()];
 }
 
+/// The same in linear light, which the square of sRGB is close to.
+inline std::array<float, 3> body_palette_in_light(int b) {
+  const auto& c = body_palette(b);
+  return {c[0] * c[0], c[1] * c[1], c[2] * c[2]};
+}
+
 }  // namespace archetide

@@ -113,6 +113,8 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
   RenderSummary summary;
   const auto start = Clock::now();
   for (const FrameFiles& files : frames) {
+    if (options.missing_only && std::filesystem::exists(picture_path(folder, files.number)))
+      continue;
     const auto frame_start = Clock::now();
     scene.water = files.surface.empty() ? SurfaceMesh() : read_ply(files.surface);
     scene.bodies = files.bodies.empty() ? SurfaceMesh() : read_vtp(files.bodies);
@@ -129,7 +131,7 @@ RenderSummary render_run(const std::string& directory, const RenderOptions& opti
                     fixed_text(took.count(), 2)));
   }
   const std::chrono::duration<double> total = Clock::now() - start;
-  summary.seconds_per_frame = total.count() / summary.frames;
+  summary.seconds_per_frame = total.count() / std::max(1, summary.frames);
 
   if (options.film && summary.frames > 1) {
     const std::string film = run.path + "film.mp4";

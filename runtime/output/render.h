@@ -11,6 +11,7 @@ struct RenderOptions {
   double azimuth = 25.0;                 // degrees, camera to the right of the front (-y) side
   double elevation = 22.0;               // degrees above the horizon
   int samples = 2;                       // antialiasing, samples x samples per pixel, 1 .. 8
+  bool missing_only = false;             // frames that have a picture keep it
   bool film = true;                      // DIR/film.mp4 when ffmpeg is there
   bool quiet = false;                    // no progress on stderr
 };

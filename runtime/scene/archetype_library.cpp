@@ -22,17 +22,24 @@ void for_each_use(const SceneSpec& scene, const Visit& visit) {
 
 }  // namespace
 
-ArchetypeLibrary::ArchetypeLibrary(const std::string& scene_directory, const std::string& folder) {
+ArchetypeLibrary ArchetypeLibrary::looking_in(std::vector<std::string> otherwise,
+                                              const std::string& folder) {
   const char* environment = std::getenv("ARCHETIDE_ARCHETYPES");
-  if (!folder.empty()) {
-    folders_ = {folder};
-  } else if (environment && *environment) {
-    folders_ = {environment};
-  } else {
-    const fs::path beside = fs::path(scene_directory) / "../../out/archetypes";
-    folders_ = {beside.lexically_normal().string(), "out/archetypes"};
-  }
+  ArchetypeLibrary library;
+  if (!folder.empty())
+    library.folders_ = {folder};
+  else if (environment && *environment)
+    library.folders_ = {environment};
+  else
+    library.folders_ = std::move(otherwise);
+  return library;
 }
+
+ArchetypeLibrary::ArchetypeLibrary(const std::string& scene_directory, const std::string& folder)
+    : ArchetypeLibrary(looking_in(
+          {(fs::path(scene_directory) / "../../out/archetypes").lexically_normal().string(),
+           "out/archetypes"},
+          folder)) {}
 
 std::string ArchetypeLibrary::path(const std::string& archetype) const {
   if (archetype.ends_with(".h5")) return archetype;

@@ -17,6 +17,8 @@ class ArchetypeLibrary {
   /// `folder` (--archetypes) or else ARCHETIDE_ARCHETYPES is the only place to look when given;
   /// otherwise <scene folder>/../../out/archetypes and then out/archetypes.
   ArchetypeLibrary(const std::string& scene_directory, const std::string& folder = "");
+  /// The same without a scene: `otherwise` are the places to look in.
+  static ArchetypeLibrary looking_in(std::vector<std::string> otherwise, const std::string& folder);
 
   /// The file of an archetype: a value ending in .h5 is a path already, a name becomes the first
   /// candidate that exists, or the first candidate when none does.
@@ -33,6 +35,8 @@ class ArchetypeLibrary {
   std::shared_ptr<const Skin> load_skin(const std::string& archetype);
 
  private:
+  ArchetypeLibrary() = default;
+
   std::vector<std::string> folders_;
   std::map<std::pair<std::string, Part>, std::shared_ptr<const Archetype>> cache_;
   std::map<const Archetype*, std::shared_ptr<const NodalSpace>> nodes_;

@@ -33,7 +33,8 @@ const std::map<std::string, std::vector<std::string>>& homes() {
       {"png", {"common/files/image.cpp"}},
       {"tbb/", {"runtime/output/", "precompute/"}},
       {"CLI/", {"common/params/program.cpp", "precompute/commands/", "runtime/commands/"}},
-      {"nlohmann/", {"common/params/", "precompute/", "runtime/output/"}},
+      {"nlohmann/",
+       {"common/params/", "common/archetype/archetype_json.cpp", "precompute/", "runtime/output/"}},
   };
   return map;
 }

@@ -10,13 +10,13 @@
 #include <numeric>
 #include <sstream>
 
+#include "common/archetype/archetype_figures.h"
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
 #include "common/files/hdf5_file.h"
 #include "precompute/base/build_record.h"
 #include "precompute/base/defects.h"
 #include "precompute/build.h"
-#include "precompute/inspect/archetype_figures.h"
 #include "precompute/inspect/histogram.h"
 #include "precompute/inspect/inspect.h"
 #include "precompute/inspect/picture.h"

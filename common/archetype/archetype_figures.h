@@ -8,7 +8,7 @@
 
 namespace archetide {
 
-// Figures that `info` and `report` derive from an archetype.
+// Figures that `info` and `report` of the programs derive from an archetype.
 
 /// Of the modes; of a static response vector the square root of its Rayleigh quotient.
 std::vector<double> frequencies_hz(const Archetype& a);

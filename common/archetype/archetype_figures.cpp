@@ -1,4 +1,4 @@
-#include "precompute/inspect/archetype_figures.h"
+#include "common/archetype/archetype_figures.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
