@@ -41,7 +41,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% long new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% long docs new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -53,7 +53,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread archetide-clang long demo bodies runs report scorecard figure11 paper measurements list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread archetide-clang long demo bodies runs report scorecard figure11 paper measurements docs list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -227,7 +227,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% long demo bodies scorecard figure11 paper measurements list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% long demo bodies scorecard figure11 paper measurements docs list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -249,6 +249,16 @@ $(ARCHETIDE_STATE)/%.film: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
 	$(LAUNCH) '$(ARCHETIDE_SIM)' render '$(OUT)/runs/$*' $(RENDER)
 	@touch '$@'
+
+# A run as a Blender file: bodies and obstacles, with the water of each frame.
+.PHONY: $(ARCHETIDE_SCENES:%=blender/%)
+$(ARCHETIDE_SCENES:%=blender/%): blender/%: $(OUT)/runs/%/done.stamp | $(ARCHETIDE_SIM)
+	@command -v blender >/dev/null || { echo 'blender: not found; apt-get install blender python3-numpy' >&2; exit 5; }
+	$(LAUNCH) '$(ARCHETIDE_SIM)' export '$(OUT)/runs/$*' -o '$(OUT)/runs/$*/film.glb' --archetypes '$(ARCHETYPES)'
+	$(LAUNCH) blender -b --python-exit-code 5 --python '$(ARCHETIDE_ROOT)tools/blender/open_run.py' \
+	  -- '$(OUT)/runs/$*' '$(OUT)/runs/$*/film.glb' '$(OUT)/runs/$*/$*.blend' >'$(OUT)/runs/$*/blender.log' \
+	  || { cat '$(OUT)/runs/$*/blender.log' >&2; exit 5; }
+	@echo 'blender: open $(OUT)/runs/$*/$*.blend and let its script run'
 
 # Of every run that is there; runs nothing.
 report: | $(ARCHETIDE_SIM)
@@ -358,6 +368,13 @@ demo: build
 	+$(ARCHETIDE_DEMO) report
 	@echo "demo: open $(OUT)/demo/report.html and $(OUT)/demo/runs/tub/film.mp4"
 
+# The tables of all keys, which end these two pages, from the programs.
+archetide_keys = page='$(ARCHETIDE_ROOT)docs/$(1)'; { sed '/^| key | type |/,$$d' "$$page" && '$(2)' schema --md; } >"$$page.part" && \
+  mv "$$page.part" "$$page"
+docs: build
+	$(call archetide_keys,scenes.md,$(ARCHETIDE_SIM))
+	$(call archetide_keys,bodies.md,$(ARCHETIDE_PRECOMPUTE))
+
 # ---- Housekeeping ---------------------------------------------------------------------------------------------------
 
 # `make -q` tells stale from built.
@@ -405,6 +422,7 @@ help:
 	@echo '  bodies       all archetypes                       check        install, build, run every fast test'
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
+	@echo '  blender/NAME a run as a Blender file, with its water docs         the tables of all keys in docs/ from the programs'
 	@echo '  figure11     Fig. 11 of the paper: rings with modes and with every node, hours; QUICK=1: minutes'
 	@echo '  paper        every scene of the paper as its file stands, with films: OUT/paper/index.html, hours; QUICK=1: minutes;'
 	@echo '               SCENES="tub tori50"; BODIES=paper: with as many linear tets as the paper'
