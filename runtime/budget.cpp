@@ -21,6 +21,7 @@ Budget& Budget::operator+=(const Budget& step) {
   solids += step.solids;
   weight += step.weight;
   contact += step.contact;
+  external += step.external;
   unmatched += step.unmatched;
   contact_energy += step.contact_energy;
   drag_energy += step.drag_energy;
@@ -35,6 +36,7 @@ void Budget::visit_state(StateArchive& a) {
   impulse_fields(a, "budget/solids", solids);
   impulse_fields(a, "budget/weight", weight);
   impulse_fields(a, "budget/contact", contact);
+  impulse_fields(a, "budget/external", external);
   impulse_fields(a, "budget/unmatched", unmatched);
   a.field("budget/contact_energy", contact_energy);
   a.field("budget/drag_energy", drag_energy);
@@ -53,7 +55,7 @@ void BudgetKeeper::start_attempt(const std::vector<ReducedBody>& bodies) {
   }
 }
 
-// What bodies have gained beyond their weight and what the water gave is contact's. Their momentum
+// What bodies have gained beyond their weight, external loads and what the water gave is contact's. Their momentum
 // moves with them: from x to x' at a speed that is not P / m exactly.
 void BudgetKeeper::end_bodies(double dt, const Vec3& gravity,
                               const std::vector<ReducedBody>& bodies) {
@@ -65,7 +67,7 @@ void BudgetKeeper::end_bodies(double dt, const Vec3& gravity,
     step_.contact += impulse_at(body.position, body.P - before.P, body.L - before.L) - weight;
     step_.transported.L += (body.position - places_before_[b]).cross(before.P);
   }
-  step_.contact = step_.contact - from_water_;
+  step_.contact = step_.contact - from_water_ - step_.external;
 }
 
 // Eqs. B3 and B4.

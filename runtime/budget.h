@@ -11,9 +11,9 @@ namespace archetide {
 
 /// Where momentum and energy of water, drops and bodies come from and go to [D49], since the start
 /// (of the first step's end on):
-///   P, L   = those of the start + solids + weight + contact + transported + unmatched
+///   P, L   = those of the start + solids + weight + external + contact + transported + unmatched
 ///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
-///            of actuators
+///            of actuators and external loads
 struct Budget {
   // what moving the water through the grid has changed (P and L: with fluid.drag and step.outrun),
   // and moving the bodies (L = x times P)
@@ -21,6 +21,7 @@ struct Budget {
   Impulse solids;     // of the pressure on the tank's sides and the obstacles, hydrostatic as well
   Impulse weight;     // of gravity on water, drops and bodies
   Impulse contact;    // of contacts and joints with what stands still
+  Impulse external;   // of external loads
   Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J
@@ -45,6 +46,7 @@ class BudgetKeeper {
   void add_held_energy(double joules) { step_.held_energy += joules; }
   /// Of the water on a body in the velocity stage.
   void add_water_impulse(const Impulse& given) { from_water_ += given; }
+  void add_external(const Impulse& given) { step_.external += given; }
 
   /// What a step of dt leaves: motion of the water before and after its velocity stage and of the
   /// drops, impulses of that stage (Coupling), mass of the water (kg) and its first moment (kg m),

@@ -5,6 +5,7 @@
 
 #include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
+#include "runtime/driving_forces.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/statistics.h"
@@ -54,13 +55,12 @@ void guess_half_way(SimulationState& s, double dt) {
   });
 }
 
-// The bodies as they enter the solve, with the drive of their actuators in the middle of the step.
+// The bodies as they enter the solve, with what drives them in the middle of the step.
 // With cut cells the water meets them half way.
 std::vector<StageBody> bodies_of_stage(SimulationState& s, double dt) {
   std::vector<Configuration> now;
   for (const ReducedBody& body : s.bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> drive =
-      modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, now, s.options.modal.mass);
+  const std::vector<VecX> drive = driving_forces(s, dt, now);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     stage.push_back({&s.bodies[b], now[b], {}, may_reach_wall(s, b, dt), {}, {}, drive[b]});

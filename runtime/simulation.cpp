@@ -5,6 +5,7 @@
 #include "common/base/check.h"
 #include "runtime/checkpoint_state.h"
 #include "runtime/contact_stage.h"
+#include "runtime/driving_forces.h"
 #include "runtime/failure_diagnosis.h"
 #include "runtime/position_stage.h"
 #include "runtime/single_solve.h"
@@ -30,8 +31,7 @@ bool step_with_two_solves(SimulationState& s, const std::vector<ReducedBody>& be
 
   // Velocities: the surface moves with u^{n+1/2}, u* = A(u^n) (Eq. 22), v^{n+1} from Eq. 45 with
   // joints (Eq. 49) over dt; the actuators' f (Section 7) is that of the middle of the step.
-  const std::vector<VecX> drive =
-      modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, half->middle, s.options.modal.mass);
+  const std::vector<VecX> drive = driving_forces(s, dt, half->middle);
   return advance_velocities(s, before, dt, *half, drive, attempt);
 }
 
@@ -142,6 +142,10 @@ void Simulation::visit_state(StateArchive& a) {
 
 void Simulation::set_actuators(std::vector<Actuator> actuators) {
   state_->actuators = std::move(actuators);
+}
+
+void Simulation::set_external_loads(std::vector<ExternalLoad> loads) {
+  state_->loads = std::move(loads);
 }
 
 double Simulation::time() const { return state_->time(); }

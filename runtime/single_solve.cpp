@@ -1,6 +1,7 @@
 #include "runtime/single_solve.h"
 
 #include "runtime/contact_stage.h"
+#include "runtime/driving_forces.h"
 #include "runtime/velocity_stage.h"
 
 namespace archetide {
@@ -16,12 +17,10 @@ HalfStep predict_positions(SimulationState& s, double dt) {
   half.reaction.resize(s.bodies.size());
   std::vector<Configuration> now;
   for (const ReducedBody& body : s.bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> drive =
-      modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, now, s.options.modal.mass);
+  const std::vector<VecX> drive = driving_forces(s, dt, now);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     ReducedBody& body = s.bodies[b];
-    VecX force = VecX::Zero(body.dofs());
-    if (drive[b].size() > 0) force.tail(body.r) = drive[b];
+    const VecX force = drive[b].size() > 0 ? drive[b] : VecX(VecX::Zero(body.dofs()));
     const FreeMotion motion =
         free_motion(body, now[b], force, dt, Stage::kPositionHalf, s.options.modal);
     VecX y = motion.y_star;
@@ -49,6 +48,14 @@ void move_again(SimulationState& s, std::size_t b, double dt, ReducedBody& moved
   s.guard.advance(static_cast<int>(b), moved, motion, y, dt);
 }
 
+// Of the centre of mass, the rotation vector and the modes, 6 + r.
+VecX way_between(const ReducedBody& from, const ReducedBody& to) {
+  VecX way(from.dofs());
+  const Eigen::AngleAxisd turn(to.rotation * from.rotation.conjugate());
+  way << to.position - from.position, turn.angle() * turn.axis(), to.q - from.q;
+  return way;
+}
+
 void correct_positions(SimulationState& s, double dt, const std::vector<ReducedBody>& start,
                        const std::vector<VecX>& drive) {
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
@@ -56,7 +63,7 @@ void correct_positions(SimulationState& s, double dt, const std::vector<ReducedB
     move_again(s, b, dt, moved);
     s.bodies[b].position = moved.position;
     s.bodies[b].rotation = moved.rotation;
-    if (drive[b].size() > 0) s.actuation_work += drive[b].dot(moved.q - start[b].q);
+    if (drive[b].size() > 0) s.actuation_work += drive[b].dot(way_between(start[b], moved));
     s.bodies[b].q = moved.q;
   }
 }
@@ -67,8 +74,7 @@ bool step_with_one_solve(SimulationState& s, double dt, StepAttempt& attempt) {
   const std::vector<ReducedBody> start = s.bodies;
   HalfStep half = predict_positions(s, dt);
   resolve_contact(s, dt, half, attempt.report);
-  const std::vector<VecX> drive =
-      modal_forces(s.actuators, s.time() + 0.5 * dt, s.bodies, half.middle, s.options.modal.mass);
+  const std::vector<VecX> drive = driving_forces(s, dt, half.middle);
   if (!advance_velocities(s, start, dt, half, drive, attempt)) return false;
   s.last_solved = s.bodies;
   correct_positions(s, dt, start, drive);

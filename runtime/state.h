@@ -7,6 +7,7 @@
 #include "common/base/profile.h"
 #include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
+#include "runtime/articulation/external_load.h"
 #include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/coupling/coupling.h"
@@ -38,6 +39,7 @@ struct SimulationState {
   const std::vector<Joint> joints;
   const std::vector<SkinnedBodies> skins;
   std::vector<Actuator> actuators;
+  std::vector<ExternalLoad> loads;
   WaterStep water;
   Coupling coupling;
 
@@ -50,7 +52,7 @@ struct SimulationState {
   std::vector<ReducedBody> half_way;
   std::vector<ReducedBody> last_solved;  // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
-  double actuation_work = 0.0;  // of all actuators since the start, J
+  double actuation_work = 0.0;  // of actuators and external loads since the start, J
   BudgetKeeper budget;
   Profile profile;  // wall seconds by phase
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/driving_forces.h"
 #include "runtime/fluid/advection.h"
 #include "runtime/statistics.h"
 
@@ -18,11 +19,9 @@ double time_for(double way, double speed, double g) {
 // Whether only gravity acts on the body while it meets nothing.
 bool only_gravity_acts(const SimulationState& s, std::size_t b) {
   const int n = static_cast<int>(b);
-  const auto drives = [&](const Actuator& a) { return a.body == n; };
   const auto ties = [&](const Joint& j) { return j.a == n || j.b == n; };
   return s.obstacles.empty() && s.skins.empty() &&
-         std::none_of(s.joints.begin(), s.joints.end(), ties) &&
-         std::none_of(s.actuators.begin(), s.actuators.end(), drives);
+         std::none_of(s.joints.begin(), s.joints.end(), ties) && !is_driven(s, b);
 }
 
 // Way down to the water, m.
@@ -84,6 +83,14 @@ double time_to_turn(const SimulationState& s) {
   return dt;
 }
 
+// Acceleration by the external loads on body b, m/s^2.
+double pushed(const SimulationState& s, std::size_t b) {
+  Vec3 force = Vec3::Zero();
+  for (const ExternalLoad& load : s.loads)
+    if (load.body == static_cast<int>(b)) force += load.at(s.time()).force;
+  return force.norm() / body_mass(s.bodies[b]);
+}
+
 }  // namespace
 
 double stable_dt(const SimulationState& s) {
@@ -95,7 +102,7 @@ double stable_dt(const SimulationState& s) {
   const double top = water ? s.water.top() : 0.0;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     dt = std::min(dt, time_for(water ? largest_travel(s, b, top) : cells,
-                               largest_surface_speed(s.bodies[b]), g));
+                               largest_surface_speed(s.bodies[b]), g + pushed(s, b)));
   if (!water) return dt;
   constexpr double kRange = 8.0;  // more than water that was slowed down in a like step can want
   dt = std::min(

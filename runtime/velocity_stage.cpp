@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "runtime/contact/keep_apart.h"
+#include "runtime/driving_forces.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
 #include "runtime/thrown_bodies.h"
@@ -25,13 +26,13 @@ void move_water(SimulationState& s, double dt, const std::vector<StageBody>& sta
   s.water.advect_to_end(dt);
 }
 
-// f · (q̇ⁿ + q̇ⁿ⁺¹)/2 of a body's actuators, or of the way that a held body went, W; y: 6 + r, of n+1.
+// f · (yⁿ + yⁿ⁺¹)/2 of what drives a body, W; modes of a held one by the way that they went.
 double power_of_drive(const SimulationState& s, std::size_t b, const VecX& f,
-                      const Configuration& middle, const VecX& y) {
+                      const Configuration& middle, const StageResult& result) {
   const ReducedBody& body = s.bodies[b];
-  const VecX mean = 0.5 * (body.q_dot + y.tail(body.r));
-  const bool went = s.guard.holds(static_cast<int>(b));
-  return f.dot(went ? middle.q_dot : mean);
+  VecX mean = 0.5 * (generalised_velocity(body, result.motion.terms) + result.y);
+  if (s.guard.holds(static_cast<int>(b))) mean.tail(body.r) = middle.q_dot;
+  return f.dot(mean);
 }
 
 // P, L and q̇ of n+1 (S12).
@@ -51,7 +52,7 @@ double energy_lost(const SimulationState& s, const ReducedBody& before, const Re
   after.q = q;
   double work = mean.dot(result.water_impulse) +
                 body_mass(now) * s.options.gravity.dot(now.position - before.position);
-  if (drive.size() > 0) work += dt * drive.dot(mean.tail(now.r));
+  if (drive.size() > 0) work += dt * drive.dot(mean);
   const VecX followed =
       impulse_of_following_load(now, middle, result.motion, result.y.tail(now.r), dt);
   if (followed.size() > 0) work += followed.dot(mean.tail(now.r));
@@ -231,7 +232,7 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
     ReducedBody& body = s.bodies[b];
     // one solve a step counts the work where it moves the bodies
     if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
-      work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b].y);
+      work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b]);
     bent[b] = shape_after(s, stage[b], results[b], dt);
     if (s.body_contacts && bent[b].size() > 0)
       lost += energy_lost(s, before[b], body, stage[b].at, results[b], drive[b], bent[b], dt);
@@ -252,7 +253,10 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
     report.contact_sweeps += half.touching.sweeps;
   }
   s.actuation_work += work;
-  for (std::size_t b = 0; b < s.bodies.size(); ++b) book_water_impulse(s, b, results[b]);
+  for (std::size_t b = 0; b < s.bodies.size(); ++b) {
+    book_water_impulse(s, b, results[b]);
+    s.budget.add_external(external_impulse(s, dt, b));
+  }
   s.coupling.accept_velocities();
   s.water.after_velocity_solve(dt, s.coupling);
   report.divergence = s.coupling.last_divergence();

@@ -6,7 +6,7 @@ namespace archetide {
 
 /// Section 6, velocities: the water's surface moves, the water is advected (Eq. 22), and the solve
 /// over dt (s) with all forces (Eq. 45, with joints Eq. 49) ends the step. `drive`: B^T f of each
-/// body's actuators in the middle of the step, r, N m, or empty; `before`: the bodies of x^n, v^n.
+/// body's actuators in the middle of the step, 6 + r (driving_forces), or empty; `before`: the bodies of x^n, v^n.
 /// False if it does not converge, or if joints or bodies gain energy from nothing [D62, D63]: bodies
 /// and surface are then in the middle of the step, and u^n is kept.
 bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& before, double dt,

@@ -8,12 +8,12 @@
 #include <limits>
 
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/base/sha256.h"
 #include "common/params/cli.h"
 #include "runtime/bench/child_run.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
-#include "runtime/output/number_text.h"
 #include "runtime/scene/archetype_library.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scene_builder.h"

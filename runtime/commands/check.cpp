@@ -4,8 +4,8 @@
 #include <iomanip>
 #include <iostream>
 
+#include "common/base/number_text.h"
 #include "runtime/commands/command.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/run_description.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/scene/initial_water.h"
@@ -57,6 +57,7 @@ void list_bodies(const BuiltScene& built) {
     line("surface", "the water meets of " + text + " triangles");
   line("obstacles", built.obstacles.size());
   line("actuators", built.actuators.size());
+  line("loads", built.loads.size());
 }
 
 void list_outputs(const SceneSpec& scene) {

@@ -5,10 +5,10 @@
 
 #include <map>
 
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
 #include "runtime/commands/command.h"
 #include "runtime/output/bodies_gltf.h"
-#include "runtime/output/number_text.h"
 #include "runtime/scene/archetype_library.h"
 #include "runtime/scene/scene_builder.h"
 

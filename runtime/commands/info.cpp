@@ -8,8 +8,8 @@
 
 #include "common/archetype/archetype_figures.h"
 #include "common/archetype/archetype_json.h"
+#include "common/base/number_text.h"
 #include "runtime/commands/command.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/run_info.h"
 #include "runtime/scene/archetype_library.h"
 

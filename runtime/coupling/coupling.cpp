@@ -70,7 +70,7 @@ void Coupling::move_freely(Stage stage, double dt, std::size_t b, const StageBod
   const HydrostaticStiffness& K = loads.stiffness[b];
   if (!K.whole.empty()) hydro.tail(body.r) += load_at_start(stage, in, *surfaces_[b].body, K);
   VecX force = weight + hydro;
-  if (in.actuation.size() > 0) force.tail(body.r) += in.actuation;
+  if (in.drive.size() > 0) force += in.drive;
   out.motion = free_motion(body, in.at, force, dt, stage, options_.modal, K.whole);
   out.delta_P = h * force.head<3>();
   out.delta_L = h * force.segment<3>(3);

@@ -42,8 +42,8 @@ struct StageBody {
   std::vector<Vec3> read_points;  // surface where its pressure is read; empty: as it stands
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
-  VecX reaction = VecX();   // velocity stage: impulse of the joints in the position stage, 6 + r
-  VecX actuation = VecX();  // B^T f of its actuators, r, N m; empty: none
+  VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
+  VecX drive = VecX();     // of actuators and external loads, 6 + r, N, N m; empty: none
   const ReducedBody* met = nullptr;  // the body where the water meets it; null: where it is
   bool returns_flux = false;         // velocity stage: to closed water [D87]
 };

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "common/base/input_error.h"
-#include "runtime/output/number_text.h"
+#include "common/base/number_text.h"
 
 namespace archetide {
 namespace {

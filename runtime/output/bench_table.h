@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "common/files/text_csv.h"
 #include "runtime/output/run_difference.h"
-#include "runtime/output/text_csv.h"
 
 namespace archetide {
 

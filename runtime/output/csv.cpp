@@ -7,8 +7,8 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
-#include "runtime/output/number_text.h"
-#include "runtime/output/text_csv.h"
+#include "common/base/number_text.h"
+#include "common/files/text_csv.h"
 
 namespace archetide {
 

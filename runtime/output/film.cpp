@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
-#include "runtime/output/number_text.h"
 
 extern char** environ;
 

@@ -1,6 +1,6 @@
 #include <set>
 
-#include "runtime/output/number_text.h"
+#include "common/base/number_text.h"
 #include "runtime/output/run_writer.h"
 #include "runtime/solid/nodal_space.h"
 

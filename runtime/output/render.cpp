@@ -8,9 +8,9 @@
 #include <filesystem>
 
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/image.h"
 #include "runtime/output/film.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/painter.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/run_folder.h"

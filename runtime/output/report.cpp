@@ -9,9 +9,9 @@
 #include <map>
 
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
 #include "runtime/output/csv.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/palette.h"
 #include "runtime/output/report_charts.h"
 #include "runtime/output/report_parts.h"

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/base/number_text.h"
 #include "common/files/html_text.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/report_parts.h"
 #include "runtime/output/svg_chart.h"
 #include "runtime/output/svg_error_chart.h"

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "common/base/number_text.h"
 #include "common/files/base64.h"
 #include "common/files/image.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide {
 namespace {

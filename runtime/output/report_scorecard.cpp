@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/base/number_text.h"
 #include "common/files/html_text.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/report_parts.h"
 
 namespace archetide {

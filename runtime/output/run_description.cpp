@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <set>
 
+#include "common/base/number_text.h"
 #include "common/base/sha256.h"
 #include "runtime/cut_cells/resolution.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide {
 namespace {

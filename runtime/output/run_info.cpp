@@ -8,9 +8,9 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/json_text.h"
 #include "runtime/output/checkpoint.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide {
 namespace {

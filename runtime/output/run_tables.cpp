@@ -66,6 +66,7 @@ void for_each_cell(const StepReport& s, const Cell& cell) {
   vector("spray_l", s.spray_angular_momentum);
   cell("drag_energy", b.drag_energy), cell("slowed_energy", b.slowed_energy);
   cell("held_energy", b.held_energy), cell("solved_energy", b.solved_energy);
+  impulse("external", b.external.P, b.external.L);
 }
 
 }  // namespace

@@ -10,10 +10,10 @@
 #include <map>
 
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
 #include "runtime/output/body_surface.h"
 #include "runtime/output/manifest.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/progress.h"
 #include "runtime/output/run_description.h"

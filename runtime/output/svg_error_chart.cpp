@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "runtime/output/number_text.h"
+#include "common/base/number_text.h"
 #include "runtime/output/svg_parts.h"
 
 namespace archetide {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/number_text.h"
 #include "common/files/html_text.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide::svg {
 

@@ -12,8 +12,8 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide {
 namespace {

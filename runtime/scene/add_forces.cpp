@@ -6,18 +6,20 @@
 #include <map>
 #include <numbers>
 
+#include "common/files/text_csv.h"
 #include "runtime/scene/random.h"
 
 namespace archetide {
 namespace {
 
-std::vector<int> bodies_called(const ForceSpec& spec, const BuiltScene& built) {
+std::vector<int> bodies_called(const std::string& name, const SourceLocation& where,
+                               const BuiltScene& built) {
   std::vector<int> found;
   for (std::size_t b = 0; b < built.bodies.size(); ++b)
-    if (built.body_names[b] == spec.body) found.push_back(static_cast<int>(b));
+    if (built.body_names[b] == name) found.push_back(static_cast<int>(b));
   if (!found.empty()) return found;
-  const std::string near = closest_match(spec.body, built.body_names);
-  throw InputError({{spec.body_where, "no body is called \"" + spec.body + "\"",
+  const std::string near = closest_match(name, built.body_names);
+  throw InputError({{where, "no body is called \"" + name + "\"",
                      near.empty() ? "a body is called by its name, or as its archetype"
                                   : "did you mean \"" + near + "\"?"}});
 }
@@ -49,6 +51,37 @@ void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern,
           "use more modes, another direction or other points"}});
 }
 
+// Rows of t and some of fx .. tz.
+std::vector<ExternalLoad::Sample> read_samples(const ExternalSpec& spec) {
+  const TextTable table = read_text_csv(spec.csv);
+  const std::vector<std::string> columns = {"fx", "fy", "fz", "tx", "ty", "tz"};
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(
+        {{spec.csv_where, spec.csv + ": " + what,
+          "a table begins with a line of names: t and some of fx, fy, fz, tx, ty, tz"}});
+  };
+  bool any = false;
+  for (const std::string& name : table.names) {
+    const bool known = std::find(columns.begin(), columns.end(), name) != columns.end();
+    if (!known && name != "t") refuse("no column may be called \"" + name + "\"");
+    any = any || known;
+  }
+  if (!table.has("t") || !any || table.rows.empty()) refuse("it has no times, or no loads");
+  std::vector<ExternalLoad::Sample> samples;
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    VecX load = VecX::Zero(6);
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      if (table.has(columns[c])) load[static_cast<long>(c)] = table.number(row, columns[c]);
+    const double t = table.number(row, "t");
+    if (!std::isfinite(t) || !load.allFinite())
+      refuse(fmt::format("line {} holds something that is no number", row + 2));
+    if (!samples.empty() && t <= samples.back().t)
+      refuse(fmt::format("line {}: times must ascend", row + 2));
+    samples.push_back({t, load.head<3>(), load.tail<3>()});
+  }
+  return samples;
+}
+
 }  // namespace
 
 const std::vector<int>& point_set_of(const Archetype& a, const std::string& name,
@@ -68,7 +101,7 @@ void add_force(const ForceSpec& spec, BuiltScene& built) {
   std::mt19937_64 random(spec.seed);
   std::map<std::pair<const Archetype*, const NodalSpace*>, std::shared_ptr<const ActuationPattern>>
       patterns;
-  for (const int b : bodies_called(spec, built)) {
+  for (const int b : bodies_called(spec.body, spec.body_where, built)) {
     const ReducedBody& body = built.bodies[b];
     const Archetype& a = *body.archetype;
     if (body.r == 0)
@@ -88,6 +121,18 @@ void add_force(const ForceSpec& spec, BuiltScene& built) {
     built.actuators.push_back({b, pattern, spec.amplitude, spec.period,
                                spec.phase + 2.0 * std::numbers::pi * turn, spec.start,
                                spec.end.value_or(INFINITY)});
+  }
+}
+
+void add_external(const ExternalSpec& spec, BuiltScene& built) {
+  ExternalLoad load;
+  load.samples = spec.csv.empty()
+                     ? std::vector<ExternalLoad::Sample>{{0.0, spec.force, spec.torque}}
+                     : read_samples(spec);
+  load.start = spec.start, load.end = spec.end.value_or(INFINITY);
+  for (const int b : bodies_called(spec.body, spec.body_where, built)) {
+    load.body = b;
+    built.loads.push_back(load);
   }
 }
 

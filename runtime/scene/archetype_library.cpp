@@ -109,6 +109,8 @@ std::vector<std::string> scene_dependencies(const SceneSpec& scene,
   for (const StaticSpec& obstacle : scene.statics) files.push_back(obstacle.mesh);
   for (const ScatterSpec& scatter : scene.scatters)
     if (!scatter.mesh.empty()) files.push_back(scatter.mesh);
+  for (const ExternalSpec& load : scene.externals)
+    if (!load.csv.empty()) files.push_back(load.csv);
   if (scene.fluid && !scene.fluid->water.mesh.empty()) files.push_back(scene.fluid->water.mesh);
   std::vector<std::string> unique;
   for (const std::string& file : files) {

@@ -324,6 +324,28 @@ ForceSpec parse_force(const Section& s, Complaints& bad) {
   return force;
 }
 
+ExternalSpec parse_external(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  ExternalSpec load;
+  load.body_where = s.location("body");
+  load.csv_where = s.location("csv");
+  load.body = s.string("body");
+  load.force = s.vec3("force");
+  load.torque = s.vec3("torque");
+  if (s.has("csv")) load.csv = resolved(scene, s.string("csv"));
+  load.start = s.number("start");
+  load.end = optional_number(s, "end");
+  if (load.end.value_or(INFINITY) <= load.start)
+    bad.push_back(s.error("end", "the load ends before it starts",
+                          fmt::format("it starts at {:f} s", load.start)));
+  const bool constant = !load.force.isZero(0.0) || !load.torque.isZero(0.0);
+  if (constant == s.has("csv"))
+    bad.push_back(s.error(
+        constant ? "csv" : "body",
+        constant ? "force and torque stand in the table already" : "nothing acts on the body",
+        "give force, torque or both, or csv"));
+  return load;
+}
+
 // "../arm.h5" -> "arm"
 std::string archetype_name(const std::string& archetype) {
   return archetype.ends_with(".h5") ? std::filesystem::path(archetype).stem().string() : archetype;
@@ -475,6 +497,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   for (const Section& s : root.sections("joint"))
     scene.joints.push_back(parse_joint(s, scene, bad));
   for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
+  for (const Section& s : root.sections("external"))
+    scene.externals.push_back(parse_external(s, scene, bad));
   scene.frames = root.strings("output.frames");
   scene.checkpoints = root.has("output.checkpoint");
   scene.checkpoint_every = root.integer("output.checkpoint.every_frames");

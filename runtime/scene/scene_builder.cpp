@@ -407,6 +407,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   choose_rungs(scene, built);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
+  for (const ExternalSpec& spec : scene.externals) collect([&] { add_external(spec, built); });
   if (!bad.empty()) throw InputError(bad);
   forecast(scene, built);
   return built;
@@ -420,6 +421,7 @@ Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
                         std::move(built.obstacles), std::move(built.release),
                         std::move(built.joints), std::move(built.skins));
   simulation.set_actuators(std::move(built.actuators));
+  simulation.set_external_loads(std::move(built.loads));
   return simulation;
 }
 

@@ -606,6 +606,44 @@ Keys force_keys() {
        .meaning = "no force after; absent = it goes on"}};
 }
 
+Keys external_keys() {
+  return {{.path = "external[]",
+           .type = kTables,
+           .fallback = "absent",
+           .meaning = "a force and a torque from outside that act on all particles of a body by "
+                      "their mass, as weight does"},
+          {.path = "external[].body",
+           .type = kString,
+           .fallback = "required",
+           .meaning = "name of a [[body]], or of the archetype of a [[scatter]]: on each body that "
+                      "is called so"},
+          {.path = "external[].force",
+           .type = kVec3,
+           .unit = "N",
+           .fallback = "[0, 0, 0]",
+           .meaning = "in the world frame"},
+          {.path = "external[].torque",
+           .type = kVec3,
+           .unit = "N m",
+           .fallback = "[0, 0, 0]",
+           .meaning = "about the centre of mass, in the world frame"},
+          {.path = "external[].csv",
+           .type = kString,
+           .fallback = "absent",
+           .meaning = "instead of force and torque a table with the columns t and fx, fy, fz, tx, "
+                      "ty, tz (those that are not 0): linear in between, held beyond its ends"},
+          {.path = "external[].start",
+           .unit = "s",
+           .range = at_least(0),
+           .fallback = "0.0",
+           .meaning = "nothing acts before"},
+          {.path = "external[].end",
+           .unit = "s",
+           .range = above(0),
+           .fallback = "absent",
+           .meaning = "nothing acts after; absent = it goes on"}};
+}
+
 Keys result_keys() {
   return {{.path = "output.frames",
            .type = kStrings,
@@ -748,6 +786,7 @@ const Schema& scene_schema() {
                              rotation_keys("static[]"),
                              joint_keys(),
                              force_keys(),
+                             external_keys(),
                              skin_keys(),
                              rotation_keys("skin[]"),
                              result_keys()}) {

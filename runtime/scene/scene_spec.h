@@ -133,6 +133,17 @@ struct ForceSpec {
   std::optional<double> end;  // s
 };
 
+/// One [[external]]: a force and a torque on bodies, constant or from a table.
+struct ExternalSpec {
+  SourceLocation body_where, csv_where;
+  std::string body;            // name of the bodies that it acts on
+  Vec3 force = Vec3::Zero();   // world frame, N
+  Vec3 torque = Vec3::Zero();  // about the centre of mass, world frame, N m
+  std::string csv;             // path; empty: constant
+  double start = 0.0;          // s
+  std::optional<double> end;   // s
+};
+
 /// One [[skin]]: bodies that the water and the camera see as one surface.
 struct SkinSpec {
   SourceLocation where, bodies_where;
@@ -189,7 +200,7 @@ struct SceneSpec {
   Scheme scheme = Scheme::kNewmark;
   Geometry geometry = Geometry::kCutCell;
   bool full_surface = false;  // the water meets every triangle, not a rung
-  double tolerance = 1e-5;      // [D88]
+  double tolerance = 1e-5;    // [D88]
   int max_iterations = 200;
   ModalOptions modal;
   OnFail on_fail = OnFail::kHalveStep;
@@ -203,6 +214,7 @@ struct SceneSpec {
   std::vector<StaticSpec> statics;
   std::vector<JointSpec> joints;
   std::vector<ForceSpec> forces;
+  std::vector<ExternalSpec> externals;
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;

@@ -221,7 +221,7 @@ TEST(FullBodyInWater, KeepsMomentumToRoundOff) {
                          r.water_angular_momentum + r.body_angular_momentum};
     if (n == 0) first = now;
     Impulse rest = now - first;
-    for (const Impulse& named : {b.solids, b.weight, b.contact, b.unmatched}) {
+    for (const Impulse& named : {b.solids, b.weight, b.external, b.contact, b.unmatched}) {
       rest = rest - named;
       exchanged = std::max(exchanged, named.P.norm());
       turn_exchanged = std::max(turn_exchanged, named.L.norm());

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "common/files/text_csv.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/report_parts.h"
 #include "runtime/output/svg_chart.h"
-#include "runtime/output/text_csv.h"
 #include "runtime/output/vtp.h"
 #include "tests/bench/frame_costs.h"
 

@@ -14,8 +14,8 @@
 #include "common/base/input_error.h"
 #include "common/base/sha256.h"
 #include "common/files/atomic_file.h"
+#include "common/files/text_csv.h"
 #include "common/params/cli.h"
-#include "runtime/output/text_csv.h"
 #include "tests/scorecard/measurements_page.h"
 #include "tests/scorecard/score.h"
 

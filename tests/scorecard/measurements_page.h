@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/output/text_csv.h"
+#include "common/files/text_csv.h"
 
 namespace archetide {
 

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <functional>
 
+#include "common/base/number_text.h"
 #include "common/files/html_text.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/report_charts.h"
 #include "runtime/output/report_parts.h"
 

@@ -9,10 +9,10 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/base64.h"
 #include "common/files/image.h"
 #include "runtime/output/manifest.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/run_tables.h"
 #include "runtime/output/svg_chart.h"
 #include "tests/unit/output/scratch_folder.h"

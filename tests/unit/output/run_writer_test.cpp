@@ -6,10 +6,10 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/base/sha256.h"
 #include "runtime/output/csv.h"
 #include "runtime/output/manifest.h"
-#include "runtime/output/number_text.h"
 #include "runtime/output/ply.h"
 #include "runtime/output/vtp.h"
 #include "tests/unit/output/scratch_folder.h"

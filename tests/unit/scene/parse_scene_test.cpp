@@ -114,6 +114,15 @@ seed = 5
 balance = "body"
 start = 0.5
 end = 2.0
+[[external]]
+body = "first"
+force = [1, 0, -2]
+torque = [0, 3, 0]
+start = 0.25
+end = 0.75
+[[external]]
+body = "first"
+csv = "push.csv"
 [[skin]]
 name = "jelly"
 archetype = "jelly_skin"
@@ -406,6 +415,22 @@ TEST(ParseScene, ForcesHaveADirectionAndTimes) {
   expect_contains(complaint(head + "direction = \"radiol\"\n"), "did you mean \"radial\"?");
   expect_contains(complaint(head + "direction = 3\n"), "[x, y, z] or string");
   expect_contains(complaint(head + "start = 2\nend = 1\n"), "ends before it starts");
+}
+
+TEST(ParseScene, ExternalLoadsAreConstantOrATable) {
+  const std::vector<ExternalSpec> both = parse(kEverything).externals;
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].body, "first");
+  EXPECT_EQ(both[0].force, Vec3(1, 0, -2));
+  EXPECT_EQ(both[0].torque, Vec3(0, 3, 0));
+  EXPECT_EQ(both[0].start, 0.25);
+  EXPECT_EQ(both[0].end, 0.75);
+  EXPECT_TRUE(both[1].csv.ends_with("push.csv"));
+  const std::string head = "[[external]]\nbody = \"a\"\n";
+  expect_contains(complaint(head), "nothing acts on the body");
+  expect_contains(complaint(head + "force = [1, 0, 0]\ncsv = \"a.csv\"\n"), "in the table already");
+  expect_contains(complaint(head + "force = [1, 0, 0]\nstart = 2\nend = 1\n"),
+                  "ends before it starts");
 }
 
 TEST(ParseScene, MarkersLieInABoxOrABall) {

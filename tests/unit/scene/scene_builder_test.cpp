@@ -129,6 +129,34 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                   "m from the centre of tetra, a soft body");
 }
 
+TEST_F(BuildScene, ExternalLoadsComeFromTheFileOrATable) {
+  write_archetype(folder_ / "stone.h5", tetrahedron_archetype("stone"));
+  const std::string body = "[[body]]\narchetype = \"stone\"\nposition = [0, 0, 0]\n[[external]]\n";
+  const std::string named = body + "body = \"stone\"\n";
+  const BuiltScene constant = build(named + "force = [1, 2, 3]\nend = 4\n");
+  ASSERT_EQ(constant.loads.size(), 1u);
+  EXPECT_EQ(constant.loads[0].at(4.0).force, Vec3(1, 2, 3));
+  EXPECT_EQ(constant.loads[0].at(4.1).force, Vec3::Zero());
+  folder_.write("push.csv", "t,fz,tx\n0,1,0\n2,5,-4\n");
+  const BuiltScene table = build(named + "csv = \"push.csv\"\n");
+  EXPECT_EQ(table.loads.at(0).at(0.5).force, Vec3(0, 0, 2));
+  EXPECT_EQ(table.loads[0].at(0.5).torque, Vec3(-1, 0, 0));
+  EXPECT_EQ(table.loads[0].at(9.0).force, Vec3(0, 0, 5));
+
+  const auto wrong = [&](const std::string& rows) {
+    folder_.write("push.csv", rows);
+    return message_of<InputError>([&] { build(named + "csv = \"push.csv\"\n"); });
+  };
+  expect_contains(wrong("t,fz\n0,1\n0,2\n"), "line 3: times must ascend");
+  expect_contains(wrong("t,fz\n0,one\n"), "line 2 holds something that is no number");
+  expect_contains(wrong("t,fq\n0,1\n"), "no column may be called \"fq\"");
+  expect_contains(wrong("t\n0\n"), "no loads");
+  expect_contains(
+      message_of<InputError>([&] { build(body + "body = \"stune\"\nforce = [1, 0, 0]\n"); }),
+      "did you mean \"stone\"?");
+  EXPECT_THROW(build(named + "csv = \"none.csv\"\n"), FileError);
+}
+
 TEST_F(BuildScene, ForcesActOnEveryBodyOfTheirNameWithPhasesBySeed) {
   Archetype a = tetrahedron_archetype("driven");
   a.surface_modes = MatX::Zero(12, 2);  // a mode that spreads the corners

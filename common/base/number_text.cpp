@@ -1,4 +1,4 @@
-#include "runtime/output/number_text.h"
+#include "common/base/number_text.h"
 
 #include <charconv>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "runtime/output/text_csv.h"
+#include "common/files/text_csv.h"
 
 #include <fmt/core.h>
 
@@ -9,8 +9,8 @@
 
 #include "common/base/byte_stream.h"
 #include "common/base/input_error.h"
+#include "common/base/number_text.h"
 #include "common/files/atomic_file.h"
-#include "runtime/output/number_text.h"
 
 namespace archetide {
 namespace {
