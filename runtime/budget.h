@@ -13,7 +13,7 @@ namespace archetide {
 /// (of the first step's end on):
 ///   P, L   = those of the start + solids + weight + external + contact + transported + unmatched
 ///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
-///            of actuators and external loads
+///            of actuators, external loads and springs
 struct Budget {
   // what moving the water through the grid has changed (P and L: with fluid.drag and step.outrun),
   // and moving the bodies (L = x times P)
@@ -21,7 +21,7 @@ struct Budget {
   Impulse solids;     // of the pressure on the tank's sides and the obstacles, hydrostatic as well
   Impulse weight;     // of gravity on water, drops and bodies
   Impulse contact;    // of contacts and joints with what stands still
-  Impulse external;   // of external loads
+  Impulse external;   // of external loads and springs
   Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J

@@ -5,40 +5,53 @@
 namespace archetide {
 
 std::vector<VecX> driving_forces(const SimulationState& s, double dt,
-                                 const std::vector<Configuration>& at) {
+                                 const std::vector<Configuration>& at,
+                                 const std::vector<ReducedBody>& before) {
   const double t = s.time() + 0.5 * dt;
   const std::vector<VecX> modal = modal_forces(s.actuators, t, s.bodies, at, s.options.modal.mass);
   std::vector<VecX> force(s.bodies.size());
-  for (std::size_t b = 0; b < force.size(); ++b) {
-    if (modal[b].size() == 0) continue;
-    force[b] = VecX::Zero(s.bodies[b].dofs());
-    force[b].tail(s.bodies[b].r) = modal[b];
-  }
+  const auto begin = [&](int b) {  // false: it has not appeared yet
+    const auto n = static_cast<std::size_t>(b);
+    if (n >= force.size()) return false;
+    if (force[n].size() == 0) force[n] = VecX::Zero(s.bodies[n].dofs());
+    return true;
+  };
+  for (int b = 0; b < static_cast<int>(modal.size()); ++b)
+    if (modal[b].size() > 0 && begin(b)) force[b].tail(s.bodies[b].r) = modal[b];
   for (const ExternalLoad& load : s.loads) {
-    const auto b = static_cast<std::size_t>(load.body);
-    if (b >= force.size()) continue;  // has not appeared yet
-    if (force[b].size() == 0) force[b] = VecX::Zero(s.bodies[b].dofs());
+    if (!begin(load.body)) continue;
     const ExternalLoad::Sample now = load.at(t);
-    force[b].head<3>() += now.force;
-    force[b].segment<3>(3) += now.torque;
+    force[load.body].head<3>() += now.force;
+    force[load.body].segment<3>(3) += now.torque;
+  }
+  const auto placed = [&](int b) {
+    ReducedBody body = s.bodies[b];
+    body.position = 0.5 * (before[b].position + body.position);
+    body.rotation = at[b].rotation, body.q = at[b].q;
+    return body;
+  };
+  for (const Spring& spring : s.springs) {
+    begin(spring.a);
+    if (spring.b >= 0) begin(spring.b);
+    add_spring_force(spring, placed, s.options.modal.mass, force);
   }
   return force;
 }
 
-Impulse external_impulse(const SimulationState& s, double dt, std::size_t b) {
-  Impulse given;
-  for (const ExternalLoad& load : s.loads) {
-    if (load.body != static_cast<int>(b)) continue;
-    const ExternalLoad::Sample now = load.at(s.time() + 0.5 * dt);
-    given += impulse_at(s.bodies[b].position, dt * now.force, dt * now.torque);
-  }
-  return given;
+bool is_driven(const SimulationState& s, std::size_t b) {
+  const int n = static_cast<int>(b);
+  const auto on_it = [&](const auto& item) { return item.body == n; };
+  const auto holds_it = [&](const Spring& spring) { return spring.a == n || spring.b == n; };
+  return std::any_of(s.actuators.begin(), s.actuators.end(), on_it) ||
+         std::any_of(s.loads.begin(), s.loads.end(), on_it) ||
+         std::any_of(s.springs.begin(), s.springs.end(), holds_it);
 }
 
-bool is_driven(const SimulationState& s, std::size_t b) {
-  const auto on_it = [&](const auto& item) { return item.body == static_cast<int>(b); };
-  return std::any_of(s.actuators.begin(), s.actuators.end(), on_it) ||
-         std::any_of(s.loads.begin(), s.loads.end(), on_it);
+double stable_with_springs(const SimulationState& s, double dt) {
+  for (const Spring& spring : s.springs)
+    dt = std::min(dt, stable_spring_step(
+                          spring, [&](int b) { return s.bodies[b]; }, s.options.modal, dt));
+  return dt;
 }
 
 }  // namespace archetide

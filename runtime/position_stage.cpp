@@ -60,7 +60,7 @@ void guess_half_way(SimulationState& s, double dt) {
 std::vector<StageBody> bodies_of_stage(SimulationState& s, double dt) {
   std::vector<Configuration> now;
   for (const ReducedBody& body : s.bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> drive = driving_forces(s, dt, now);
+  const std::vector<VecX> drive = driving_forces(s, dt, now, s.bodies);
   std::vector<StageBody> stage;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     stage.push_back({&s.bodies[b], now[b], {}, may_reach_wall(s, b, dt), {}, {}, drive[b]});

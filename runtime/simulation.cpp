@@ -31,7 +31,7 @@ bool step_with_two_solves(SimulationState& s, const std::vector<ReducedBody>& be
 
   // Velocities: the surface moves with u^{n+1/2}, u* = A(u^n) (Eq. 22), v^{n+1} from Eq. 45 with
   // joints (Eq. 49) over dt; the actuators' f (Section 7) is that of the middle of the step.
-  const std::vector<VecX> drive = driving_forces(s, dt, half->middle);
+  const std::vector<VecX> drive = driving_forces(s, dt, half->middle, before);
   return advance_velocities(s, before, dt, *half, drive, attempt);
 }
 
@@ -147,6 +147,8 @@ void Simulation::set_actuators(std::vector<Actuator> actuators) {
 void Simulation::set_external_loads(std::vector<ExternalLoad> loads) {
   state_->loads = std::move(loads);
 }
+
+void Simulation::set_springs(std::vector<Spring> springs) { state_->springs = std::move(springs); }
 
 double Simulation::time() const { return state_->time(); }
 const SimulationOptions& Simulation::options() const { return state_->options; }

@@ -8,6 +8,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/articulation/external_load.h"
+#include "runtime/articulation/spring.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/options.h"
 #include "runtime/step_report.h"
@@ -33,6 +34,7 @@ class Simulation {
   /// Forces that drive modes; `body` counts all_bodies().
   void set_actuators(std::vector<Actuator> actuators);
   void set_external_loads(std::vector<ExternalLoad> loads);
+  void set_springs(std::vector<Spring> springs);
 
   /// The step that the CFL number and max_dt allow now, s.
   double stable_dt() const;

@@ -17,7 +17,7 @@ HalfStep predict_positions(SimulationState& s, double dt) {
   half.reaction.resize(s.bodies.size());
   std::vector<Configuration> now;
   for (const ReducedBody& body : s.bodies) now.push_back(current_configuration(body));
-  const std::vector<VecX> drive = driving_forces(s, dt, now);
+  const std::vector<VecX> drive = driving_forces(s, dt, now, s.bodies);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     ReducedBody& body = s.bodies[b];
     const VecX force = drive[b].size() > 0 ? drive[b] : VecX(VecX::Zero(body.dofs()));
@@ -74,7 +74,7 @@ bool step_with_one_solve(SimulationState& s, double dt, StepAttempt& attempt) {
   const std::vector<ReducedBody> start = s.bodies;
   HalfStep half = predict_positions(s, dt);
   resolve_contact(s, dt, half, attempt.report);
-  const std::vector<VecX> drive = driving_forces(s, dt, half.middle);
+  const std::vector<VecX> drive = driving_forces(s, dt, half.middle, start);
   if (!advance_velocities(s, start, dt, half, drive, attempt)) return false;
   s.last_solved = s.bodies;
   correct_positions(s, dt, start, drive);

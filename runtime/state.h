@@ -8,6 +8,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/articulation/external_load.h"
+#include "runtime/articulation/spring.h"
 #include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"
 #include "runtime/coupling/coupling.h"
@@ -40,6 +41,7 @@ struct SimulationState {
   const std::vector<SkinnedBodies> skins;
   std::vector<Actuator> actuators;
   std::vector<ExternalLoad> loads;
+  std::vector<Spring> springs;
   WaterStep water;
   Coupling coupling;
 
@@ -52,7 +54,7 @@ struct SimulationState {
   std::vector<ReducedBody> half_way;
   std::vector<ReducedBody> last_solved;  // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
-  double actuation_work = 0.0;  // of actuators and external loads since the start, J
+  double actuation_work = 0.0;  // of actuators, external loads and springs since the start, J
   BudgetKeeper budget;
   Profile profile;  // wall seconds by phase
 };

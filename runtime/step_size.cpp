@@ -95,7 +95,7 @@ double pushed(const SimulationState& s, std::size_t b) {
 
 double stable_dt(const SimulationState& s) {
   const SimulationOptions& o = s.options;
-  double dt = std::min(o.max_dt, time_to_turn(s));
+  double dt = stable_with_springs(s, std::min(o.max_dt, time_to_turn(s)));
   if (!s.has_tank()) return dt;
   const double g = o.gravity.norm(), cells = o.cfl * o.grid.dx;
   const bool water = s.water.present();

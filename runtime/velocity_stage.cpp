@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "runtime/contact/keep_apart.h"
-#include "runtime/driving_forces.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
 #include "runtime/thrown_bodies.h"
@@ -255,7 +254,9 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   s.actuation_work += work;
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     book_water_impulse(s, b, results[b]);
-    s.budget.add_external(external_impulse(s, dt, b));
+    if (drive[b].size() > 0)
+      s.budget.add_external(
+          impulse_at(s.bodies[b].position, dt * drive[b].head<3>(), dt * drive[b].segment<3>(3)));
   }
   s.coupling.accept_velocities();
   s.water.after_velocity_solve(dt, s.coupling);

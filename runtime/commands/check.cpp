@@ -58,6 +58,7 @@ void list_bodies(const BuiltScene& built) {
   line("obstacles", built.obstacles.size());
   line("actuators", built.actuators.size());
   line("loads", built.loads.size());
+  line("springs", built.springs.size());
 }
 
 void list_outputs(const SceneSpec& scene) {

@@ -43,7 +43,7 @@ struct StageBody {
   bool near_wall = false;         // position stage: look for walls that the step would reach
   StageContacts held;             // velocity stage: points that contact has found
   VecX reaction = VecX();  // velocity stage: impulse of the joints in the position stage, 6 + r
-  VecX drive = VecX();     // of actuators and external loads, 6 + r, N, N m; empty: none
+  VecX drive = VecX();     // of actuators, loads and springs, 6 + r, N, N m; empty: none
   const ReducedBody* met = nullptr;  // the body where the water meets it; null: where it is
   bool returns_flux = false;         // velocity stage: to closed water [D87]
 };

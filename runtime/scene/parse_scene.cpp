@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <tuple>
 
 #include "common/params/params.h"
 #include "runtime/scene/scene_schema.h"
@@ -263,19 +264,24 @@ int body_named(const Section& s, const std::string& name, const SceneSpec& scene
   return found;
 }
 
-JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad) {
-  JointSpec joint;
-  joint.where = s.location("bodies");
+// The two bodies of a joint or a spring; the second may be the world (-1).
+std::pair<int, int> parse_bodies(const Section& s, const SceneSpec& scene, Complaints& bad) {
   const std::vector<std::string> names = s.strings("bodies");
   if (names.size() != 2 || names[0] == "world") {
     bad.push_back(s.error("bodies", "expected two names, the first of a body",
                           "[\"bell\", \"arm\"] or [\"bell\", \"world\"]"));
-  } else {
-    joint.a = body_named(s, names[0], scene, bad);
-    if (names[1] != "world") joint.b = body_named(s, names[1], scene, bad);
-    if (joint.a >= 0 && joint.a == joint.b)
-      bad.push_back(s.error("bodies", "a body cannot be jointed to itself", ""));
+    return {-1, -1};
   }
+  const int a = body_named(s, names[0], scene, bad);
+  const int b = names[1] == "world" ? -1 : body_named(s, names[1], scene, bad);
+  if (a >= 0 && a == b) bad.push_back(s.error("bodies", "a body cannot be tied to itself", ""));
+  return {a, b};
+}
+
+JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  JointSpec joint;
+  joint.where = s.location("bodies");
+  std::tie(joint.a, joint.b) = parse_bodies(s, scene, bad);
   if (s.has("points")) joint.points = s.points("points");
   if (s.has("frame")) joint.frame = s.string("frame");
   const std::string type = s.string("type");
@@ -289,6 +295,22 @@ JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad)
   if (joint.points.empty() && joint.frame.empty() && joint.point_set.empty())
     bad.push_back(s.error("", "the joint has no points", "give points, frame or point_set"));
   return joint;
+}
+
+SpringSpec parse_spring(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  SpringSpec spring;
+  spring.where = s.location("bodies");
+  std::tie(spring.a, spring.b) = parse_bodies(s, scene, bad);
+  spring.points = s.points("points");
+  if (spring.points.size() != 2)
+    bad.push_back(
+        s.error("points", "expected two points, one of each end",
+                "[[0, 0, 0.1], [1, 2, 3]]: in the rest frame of each body; of the world in space"));
+  spring.stiffness = s.number("stiffness");
+  spring.damping = s.number("damping");
+  spring.length = optional_number(s, "length");
+  spring.slack = s.boolean("slack");
+  return spring;
 }
 
 ActuationDirection parse_direction(const Section& s, Complaints& bad) {
@@ -497,6 +519,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   for (const Section& s : root.sections("joint"))
     scene.joints.push_back(parse_joint(s, scene, bad));
   for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
+  for (const Section& s : root.sections("spring"))
+    scene.springs.push_back(parse_spring(s, scene, bad));
   for (const Section& s : root.sections("external"))
     scene.externals.push_back(parse_external(s, scene, bad));
   scene.frames = root.strings("output.frames");

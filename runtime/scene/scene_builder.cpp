@@ -173,6 +173,19 @@ void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
   built.joint_names.push_back(fmt::format("[[joint]] {}", number));
 }
 
+void add_spring(const SpringSpec& spec, BuiltScene& built) {
+  for (const int b : {spec.a, spec.b})
+    if (b >= 0 && built.bodies[b].nodes)
+      throw InputError(
+          {{spec.where, built.body_names[b] + " is a body of nodes, which springs cannot hold yet",
+            "give it modes instead of deformable = \"full\""}});
+  Spring spring = make_spring(built.bodies, spec.a, spec.b, spec.points[0], spec.points[1]);
+  spring.stiffness = spec.stiffness, spring.damping = spec.damping;
+  spring.length = spec.length.value_or(spring.length);
+  spring.slack = spec.slack;
+  built.springs.push_back(spring);
+}
+
 BoxSpec box_around(const TriMesh& mesh) {
   BoxSpec box{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
   for (const Vec3& x : mesh.vertices)
@@ -402,6 +415,8 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   if (bad.empty())
     for (std::size_t n = 0; n < scene.joints.size(); ++n)
       collect([&] { add_joint(scene.joints[n], n + 1, built); });
+  if (bad.empty())
+    for (const SpringSpec& spec : scene.springs) collect([&] { add_spring(spec, built); });
   if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
   choose_rungs(scene, built);
@@ -422,6 +437,7 @@ Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
                         std::move(built.joints), std::move(built.skins));
   simulation.set_actuators(std::move(built.actuators));
   simulation.set_external_loads(std::move(built.loads));
+  simulation.set_springs(std::move(built.springs));
   return simulation;
 }
 

@@ -22,6 +22,7 @@ struct BuiltScene {
   std::vector<std::string> joint_names;  // one per joint
   std::vector<Actuator> actuators;       // of [[force]]s
   std::vector<ExternalLoad> loads;       // of [[external]]s
+  std::vector<Spring> springs;           // of [[spring]]s; of [[body]]s, as joints
   std::vector<SkinnedBodies> skins;      // the same
   std::vector<DeformationForecast> forecasts;  // one per archetype with modes
   std::vector<std::string> notes;              // what the user should know, a line each

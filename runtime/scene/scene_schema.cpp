@@ -606,6 +606,44 @@ Keys force_keys() {
        .meaning = "no force after; absent = it goes on"}};
 }
 
+Keys spring_keys() {
+  return {
+      {.path = "spring[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "a damped spring or a rope between points of two bodies, or of a body and the "
+                  "world; steps are short enough for it"},
+      {.path = "spring[].bodies",
+       .type = kStrings,
+       .fallback = "required",
+       .meaning = "names of two bodies, or of one and \"world\""},
+      {.path = "spring[].points",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "required",
+       .meaning = "one of each end, in the rest frame of its body, whose origin is the centre of "
+                  "mass; of the world in space"},
+      {.path = "spring[].stiffness",
+       .unit = "N/m",
+       .range = at_least(0),
+       .fallback = "required",
+       .meaning = "force per length"},
+      {.path = "spring[].damping",
+       .unit = "N s/m",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning = "force per rate of its length"},
+      {.path = "spring[].length",
+       .unit = "m",
+       .range = at_least(0),
+       .fallback = "absent",
+       .meaning = "without force; absent = as the bodies begin"},
+      {.path = "spring[].slack",
+       .type = kBool,
+       .fallback = "false",
+       .meaning = "a rope: it pulls where it is longer than that, and never pushes"}};
+}
+
 Keys external_keys() {
   return {{.path = "external[]",
            .type = kTables,
@@ -786,6 +824,7 @@ const Schema& scene_schema() {
                              rotation_keys("static[]"),
                              joint_keys(),
                              force_keys(),
+                             spring_keys(),
                              external_keys(),
                              skin_keys(),
                              rotation_keys("skin[]"),

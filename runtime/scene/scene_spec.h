@@ -133,6 +133,17 @@ struct ForceSpec {
   std::optional<double> end;  // s
 };
 
+/// One [[spring]]: between points of two bodies, or of a body and the world.
+struct SpringSpec {
+  SourceLocation where;
+  int a = -1, b = -1;            // index of a [[body]]; b = -1: the world
+  std::vector<Vec3> points;      // rest frames of a and b, or place in the world, m
+  double stiffness = 0.0;        // N/m
+  double damping = 0.0;          // N s/m
+  std::optional<double> length;  // m; absent: as the bodies begin
+  bool slack = false;            // a rope
+};
+
 /// One [[external]]: a force and a torque on bodies, constant or from a table.
 struct ExternalSpec {
   SourceLocation body_where, csv_where;
@@ -215,6 +226,7 @@ struct SceneSpec {
   std::vector<JointSpec> joints;
   std::vector<ForceSpec> forces;
   std::vector<ExternalSpec> externals;
+  std::vector<SpringSpec> springs;
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;

@@ -53,7 +53,8 @@ TEST(ExternalLoad, TurnsABody) {
 
 // Steps that end where the table bends give its integral; nothing acts before and after.
 TEST(ExternalLoad, FollowsItsTable) {
-  ExternalLoad load{0, {{0.1, {0, 0, 0}, {}}, {0.3, {2, 0, 0}, {}}, {0.5, {2, 4, 0}, {}}}};
+  const Vec3 none = Vec3::Zero();
+  ExternalLoad load{0, {{0.1, none, none}, {0.3, {2, 0, 0}, none}, {0.5, {2, 4, 0}, none}}};
   load.end = 0.7;
   Simulation s = in_vacuum(rigid_ball(0.2, 500.0, Vec3::Zero()), load, Scheme::kNewmark);
   for (int n = 0; n < 10; ++n) s.step(0.1);

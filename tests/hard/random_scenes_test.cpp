@@ -226,6 +226,7 @@ INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesFrom, testing::Values(1000, 1200, 140
 TEST(RandomScenes, NonlinearAndFullBodiesObeyTheLaws) {
   run_scenes(12, 5, 20, 0.8, 0, 0.005, 4.0, Kinds::kBlobs);
 }
+// Measured in 2000 to 2039: no rise, 2.3 for the speed.
 class RandomScenesOfBlobs : public testing::TestWithParam<unsigned> {};
 TEST_P(RandomScenesOfBlobs, ObeyTheLaws) {
   run_scenes(GetParam(), 40, 32, 1.5, 0, 0.005, 4.0, Kinds::kBlobs);

@@ -63,7 +63,7 @@ show_water(bpy.context.scene)
 
 def import_bodies(path):
     for name in ("bool", "int", "float"):  # the importer of Blender 3 asks an older numpy for them
-        if not hasattr(numpy, name):
+        if name not in vars(numpy):
             setattr(numpy, name, getattr(builtins, name))
     bpy.ops.import_scene.gltf(filepath=path)
 

@@ -123,6 +123,13 @@ end = 0.75
 [[external]]
 body = "first"
 csv = "push.csv"
+[[spring]]
+bodies = ["first", "world"]
+points = [[0, 0, 0.1], [1, 2, 3]]
+stiffness = 50
+damping = 2
+length = 0.5
+slack = true
 [[skin]]
 name = "jelly"
 archetype = "jelly_skin"
@@ -431,6 +438,25 @@ TEST(ParseScene, ExternalLoadsAreConstantOrATable) {
   expect_contains(complaint(head + "force = [1, 0, 0]\ncsv = \"a.csv\"\n"), "in the table already");
   expect_contains(complaint(head + "force = [1, 0, 0]\nstart = 2\nend = 1\n"),
                   "ends before it starts");
+}
+
+TEST(ParseScene, SpringsTieTwoPoints) {
+  const std::vector<SpringSpec> one = parse(kEverything).springs;
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].b, -1);
+  EXPECT_EQ(one[0].points, (std::vector<Vec3>{{0, 0, 0.1}, {1, 2, 3}}));
+  EXPECT_EQ(one[0].stiffness, 50.0);
+  EXPECT_EQ(one[0].damping, 2.0);
+  EXPECT_EQ(one[0].length, 0.5);
+  EXPECT_TRUE(one[0].slack);
+  const std::string body =
+      "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n[[spring]]\nstiffness = 1\n";
+  expect_contains(complaint(body + "bodies = [\"a\", \"world\"]\npoints = [[0, 0, 0]]\n"),
+                  "expected two points");
+  expect_contains(complaint(body + "bodies = [\"a\", \"a\"]\npoints = [[0, 0, 0], [1, 0, 0]]\n"),
+                  "tied to itself");
+  expect_contains(complaint(body + "bodies = [\"a\", \"wold\"]\npoints = [[0, 0, 0], [1, 0, 0]]\n"),
+                  "no [[body]] called");
 }
 
 TEST(ParseScene, MarkersLieInABoxOrABall) {

@@ -129,6 +129,19 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                   "m from the centre of tetra, a soft body");
 }
 
+TEST_F(BuildScene, SpringsAreWithoutForceAsTheBodiesBegin) {
+  write_archetype(folder_ / "stone.h5", tetrahedron_archetype("stone"));
+  const std::string text =
+      "[[body]]\narchetype = \"stone\"\nname = \"a\"\nposition = [0, 0, 0]\n"
+      "[[body]]\narchetype = \"stone\"\nname = \"b\"\nposition = [5, 0, 0]\n"
+      "[[spring]]\nbodies = [\"a\", \"b\"]\npoints = [[0, 0, 0], [1, 0, 0]]\nstiffness = 3\n";
+  const BuiltScene built = build(text);
+  ASSERT_EQ(built.springs.size(), 1u);
+  EXPECT_EQ(built.springs[0].b, 1);
+  EXPECT_DOUBLE_EQ(built.springs[0].length, 6.0);
+  EXPECT_EQ(build(text + "length = 2\n").springs.at(0).length, 2.0);
+}
+
 TEST_F(BuildScene, ExternalLoadsComeFromTheFileOrATable) {
   write_archetype(folder_ / "stone.h5", tetrahedron_archetype("stone"));
   const std::string body = "[[body]]\narchetype = \"stone\"\nposition = [0, 0, 0]\n[[external]]\n";
