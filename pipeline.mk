@@ -41,7 +41,7 @@ archetide_odd = cd '$(ASSETS)/$(1)' 2>/dev/null && for name in *.$(2).toml; do \
   { printf '"%s/%s"' '$(ASSETS)/$(1)' "$$name" | tr '[:cntrl:]' '?'; echo; }; done
 ARCHETIDE_ODD := $(shell $(call archetide_odd,bodies,body)) $(shell $(call archetide_odd,scenes,scene))
 ifneq ($(strip $(ARCHETIDE_ODD)),)
-ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% long docs new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
+ifneq ($(filter-out deps build check hard fuzz mutate mutations faults sanitize% long docs deb new-body clean help,$(or $(MAKECMDGOALS),pipeline)),)
 $(error $(strip $(ARCHETIDE_ODD)): make cannot handle this file name; $(ARCHETIDE_RENAME))
 endif
 else
@@ -53,7 +53,7 @@ ARCHETIDE_SIM := $(BUILD)/bin/archetide-sim
 ARCHETIDE_STATE := $(OUT)/.state
 ARCHETIDE_MAKE = $(MAKE) -f '$(ARCHETIDE_SELF)' ASSETS='$(ASSETS)' BUILD='$(BUILD)' ARCHETYPES='$(ARCHETYPES)'
 
-.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread archetide-clang long demo bodies runs report scorecard figure11 paper measurements docs list check-scenes new-body clean help FORCE
+.PHONY: pipeline deps build check nightly hard fuzz mutate mutations faults sanitize sanitize-address sanitize-thread archetide-clang long demo bodies runs report scorecard figure11 paper measurements docs deb list check-scenes new-body clean help FORCE
 pipeline: bodies runs
 FORCE:
 
@@ -227,7 +227,7 @@ ARCHETIDE_STALE := $(foreach scene,$(ARCHETIDE_SCENES),$(call archetide_other_wo
 $(ARCHETIDE_STALE:%=$(OUT)/runs/%/done.stamp): FORCE
 
 # What each scene reads (archetypes, obstacles), as the simulator lists it when a run is wanted (not by make -n).
-ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% long demo bodies scorecard figure11 paper measurements docs list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
+ARCHETIDE_GOALS := $(filter-out deps build check nightly hard fuzz mutate mutations faults sanitize% long demo bodies scorecard figure11 paper measurements docs deb list new-body clean help,$(or $(MAKECMDGOALS),pipeline))
 ifneq ($(if $(findstring n,$(firstword -$(MAKEFLAGS))),,$(ARCHETIDE_GOALS)),)
 $(ARCHETIDE_STATE)/%.d: $(ASSETS)/scenes/%.scene.toml | $(ARCHETIDE_SIM)
 	@mkdir -p '$(@D)'
@@ -375,6 +375,16 @@ docs: build
 	$(call archetide_keys,scenes.md,$(ARCHETIDE_SIM))
 	$(call archetide_keys,bodies.md,$(ARCHETIDE_PRECOMPUTE))
 
+# A Debian package of the programs, for any machine of this architecture.
+deb:
+	+$(ARCHETIDE_MAKE) deps ALSO='dpkg-dev file'
+	$(call archetide_new_folder,$(BUILD)-portable,portable); \
+	cmake -S '$(or $(ARCHETIDE_ROOT),.)' -B '$(BUILD)-portable' $$new -DARCHETIDE_TESTS=OFF
+	cmake --build '$(BUILD)-portable' --parallel $(JOBS)
+	@mkdir -p '$(OUT)'
+	cpack --config '$(BUILD)-portable/CPackConfig.cmake' -B '$(OUT)/deb'
+	@echo 'deb: install it with apt-get install $(OUT)/deb/*.deb'
+
 # ---- Housekeeping ---------------------------------------------------------------------------------------------------
 
 # `make -q` tells stale from built.
@@ -423,6 +433,7 @@ help:
 	@echo '  run/NAME     one scene (and what it needs)        film/NAME    its pictures and film'
 	@echo '  report       OUT/report.html of the runs there    list         bodies and scenes: built, stale or missing'
 	@echo '  blender/NAME a run as a Blender file, with its water docs         the tables of all keys in docs/ from the programs'
+	@echo '  deb          a Debian package of the programs, in OUT/deb'
 	@echo '  figure11     Fig. 11 of the paper: rings with modes and with every node, hours; QUICK=1: minutes'
 	@echo '  paper        every scene of the paper as its file stands, with films: OUT/paper/index.html, hours; QUICK=1: minutes;'
 	@echo '               SCENES="tub tori50"; BODIES=paper: with as many linear tets as the paper'

@@ -1,0 +1,15 @@
+# make -f pipeline.mk deb: the programs, and in share/archetide pipeline.mk with its assets and documents. After it
+# make -f /usr/share/archetide/pipeline.mk BUILD=/usr ASSETS=.. OUT=.. works without the sources.
+install(TARGETS archetide-sim archetide-precompute)
+install(FILES pipeline.mk README.md LICENSE DESTINATION share/archetide)
+install(DIRECTORY docs tools DESTINATION share/archetide)
+install(DIRECTORY assets/bodies assets/scenes DESTINATION share/archetide/assets)
+set(CPACK_GENERATOR DEB)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_PACKAGE_CONTACT "the archetide authors")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Deformable bodies in water: precompute archetypes, simulate scenes")
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "make, ffmpeg")
+include(CPack)
