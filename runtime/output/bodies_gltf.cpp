@@ -300,6 +300,7 @@ BodiesGltf bodies_gltf(const RunFolder& run, std::vector<ReducedBody> bodies, in
     children.push_back(add_body(run.manifest.bodies[b].name, motion.tracks[b], meshes[&a], times,
                                 file, animation));
   }
+  const int shown = static_cast<int>(children.size());
   add_obstacles(run, file, children);
   if (!animation["channels"].empty()) file.add("animations", animation);
   const double half = std::sqrt(0.5);
@@ -307,7 +308,7 @@ BodiesGltf bodies_gltf(const RunFolder& run, std::vector<ReducedBody> bodies, in
                {"rotation", {-half, 0.0, 0.0, half}}};  // z up to y up
   if (!children.empty()) root["children"] = children;
   file.set_scene(run.manifest.scene, {file.add("nodes", root)});
-  return {file.bytes(), static_cast<int>(children.size()), static_cast<int>(meshes.size()),
+  return {file.bytes(), shown, static_cast<int>(meshes.size()),
           static_cast<int>(motion.frames.size()), distance_to_frame(run, bodies, motion)};
 }
 

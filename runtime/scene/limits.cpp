@@ -91,7 +91,7 @@ Culprit most_deformed(const Simulation& simulation) {
   return culprit;
 }
 
-// What kinetic, elastic and potential energy have gained beyond the actuators' work, relative to
+// What kinetic, elastic and potential energy have gained beyond the work of what drives bodies, relative to
 // the largest kinetic and elastic energy so far. Bodies that appear bring theirs.
 double LimitWatch::energy_growth(const StepReport& r, const Simulation& simulation) {
   constexpr double kIdle = 0.01;  // m/s; motion below is nobody's concern

@@ -324,6 +324,15 @@ ActuationDirection parse_direction(const Section& s, Complaints& bad) {
   return {word == "radial" ? Kind::kRadial : word == "inward" ? Kind::kInward : Kind::kNormal};
 }
 
+// When what starts at `start` (s) ends.
+std::optional<double> parse_end(const Section& s, const char* what, double start, Complaints& bad) {
+  const std::optional<double> end = optional_number(s, "end");
+  if (end.value_or(INFINITY) <= start)
+    bad.push_back(s.error("end", fmt::format("the {} ends before it starts", what),
+                          fmt::format("it starts at {:f} s", start)));
+  return end;
+}
+
 ForceSpec parse_force(const Section& s, Complaints& bad) {
   ForceSpec force;
   force.body_where = s.location("body");
@@ -339,10 +348,7 @@ ForceSpec parse_force(const Section& s, Complaints& bad) {
   force.seed = static_cast<unsigned>(s.integer("seed"));
   force.balanced = s.string("balance") == "points";
   force.start = s.number("start");
-  force.end = optional_number(s, "end");
-  if (force.end.value_or(INFINITY) <= force.start)
-    bad.push_back(s.error("end", "the force ends before it starts",
-                          fmt::format("it starts at {:f} s", force.start)));
+  force.end = parse_end(s, "force", force.start, bad);
   return force;
 }
 
@@ -355,10 +361,7 @@ ExternalSpec parse_external(const Section& s, const SceneSpec& scene, Complaints
   load.torque = s.vec3("torque");
   if (s.has("csv")) load.csv = resolved(scene, s.string("csv"));
   load.start = s.number("start");
-  load.end = optional_number(s, "end");
-  if (load.end.value_or(INFINITY) <= load.start)
-    bad.push_back(s.error("end", "the load ends before it starts",
-                          fmt::format("it starts at {:f} s", load.start)));
+  load.end = parse_end(s, "load", load.start, bad);
   const bool constant = !load.force.isZero(0.0) || !load.torque.isZero(0.0);
   if (constant == s.has("csv"))
     bad.push_back(s.error(

@@ -144,23 +144,21 @@ std::vector<Vec3> joint_points(const JointSpec& spec, const Archetype& a) {
   return points;
 }
 
-// A soft body must have material where it is held: its modes are continued from the surface.
-void demand_close(const JointSpec& spec, const Joint& joint, const BuiltScene& built) {
-  const auto demand = [&](int b, const std::vector<AttachedPoint>& points) {
-    const ReducedBody& body = built.bodies[b];
-    if (body.r == 0) return;
-    const double reach = 1.5 * bounding_radius(*body.archetype);
-    for (const AttachedPoint& p : points)
-      if (p.rest.norm() > reach)
-        throw InputError(
-            {{spec.where,
-              fmt::format("a point of the joint is {:f} m from the centre of {}, a soft body that "
-                          "reaches {:f} m",
-                          p.rest.norm(), built.body_names[b], bounding_radius(*body.archetype)),
-              "move the body or the point, or make the body rigid (modes = 0)"}});
-  };
-  demand(joint.a, joint.at_a);
-  if (joint.b >= 0) demand(joint.b, joint.at_b);
+// A soft body must have material where it is held: its modes are continued from the surface. `tie`: a
+// joint or a spring.
+void demand_close(const SourceLocation& where, const char* tie, int b,
+                  const std::vector<AttachedPoint>& points, const BuiltScene& built) {
+  const ReducedBody& body = built.bodies[b];
+  if (body.r == 0) return;
+  const double reach = bounding_radius(*body.archetype);
+  for (const AttachedPoint& p : points)
+    if (p.rest.norm() > 1.5 * reach)
+      throw InputError(
+          {{where,
+            fmt::format("a point of the {} is {:f} m from the centre of {}, a soft body that "
+                        "reaches {:f} m",
+                        tie, p.rest.norm(), built.body_names[b], reach),
+            "move the body or the point, or make the body rigid (modes = 0)"}});
 }
 
 void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
@@ -169,7 +167,9 @@ void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
                        "use \"newmark\", two solves a step"}});
   built.joints.push_back(make_joint(built.bodies, spec.a, spec.b,
                                     joint_points(spec, *built.bodies[spec.a].archetype)));
-  demand_close(spec, built.joints.back(), built);
+  const Joint& joint = built.joints.back();
+  demand_close(spec.where, "joint", joint.a, joint.at_a, built);
+  if (joint.b >= 0) demand_close(spec.where, "joint", joint.b, joint.at_b, built);
   built.joint_names.push_back(fmt::format("[[joint]] {}", number));
 }
 
@@ -183,6 +183,8 @@ void add_spring(const SpringSpec& spec, BuiltScene& built) {
   spring.stiffness = spec.stiffness, spring.damping = spec.damping;
   spring.length = spec.length.value_or(spring.length);
   spring.slack = spec.slack;
+  demand_close(spec.where, "spring", spring.a, {spring.at_a}, built);
+  if (spring.b >= 0) demand_close(spec.where, "spring", spring.b, {spring.at_b}, built);
   built.springs.push_back(spring);
 }
 

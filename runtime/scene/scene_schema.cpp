@@ -723,7 +723,8 @@ Keys result_keys() {
            .range = above(0),
            .fallback = "absent",
            .meaning = "the same when kinetic, elastic and potential energy together have gained, "
-                      "beyond the actuators' work, this part of the largest kinetic and elastic "
+                      "beyond the work of actuators, loads and springs, this part of the largest "
+                      "kinetic and elastic "
                       "energy so far"},
           {.path = "limits.step",
            .unit = "s",

@@ -140,6 +140,13 @@ TEST_F(BuildScene, SpringsAreWithoutForceAsTheBodiesBegin) {
   EXPECT_EQ(built.springs[0].b, 1);
   EXPECT_DOUBLE_EQ(built.springs[0].length, 6.0);
   EXPECT_EQ(build(text + "length = 2\n").springs.at(0).length, 2.0);
+  const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\n";
+  expect_contains(message_of<InputError>([&] {
+                    build(soft +
+                          "[[spring]]\nbodies = [\"tetra\", \"world\"]\n"
+                          "points = [[9, 0, 0], [9, 0, 1]]\nstiffness = 3\n");
+                  }),
+                  "a point of the spring is 9");
 }
 
 TEST_F(BuildScene, ExternalLoadsComeFromTheFileOrATable) {
