@@ -45,23 +45,36 @@ Vec3 differences(const Array3<double>& f, int i, int j, int k) {
   return d;
 }
 
+// Part of what is open of a cell that water takes.
+double wet_part(double water, double solid) {
+  const double open = open_fraction(solid);
+  return open > 0.0 ? std::min(water / open, 1.0) : 0.0;
+}
+
 // What the moment of row (j, k) of the water `held` (dx^3) about the origin is beyond that of the
-// cells' centres, along gravity and over dx^4, m/s^2: water of cells that the surface or a solid cuts
-// is at its own centre, half of what is cut off away from the cell's.
-double moment_in_cells(const Vec3& gravity, const Array3<double>& level,
-                       const Array3<double>& solids, const Array3<double>& held, int j, int k) {
+// cells' centres, along gravity and over dx^4, m/s^2: water of cells that the surface cuts is at its
+// own centre, half of what is cut off away from the cell's.
+double moment_under_surface(const Vec3& gravity, const Array3<double>& level,
+                            const Array3<double>& solids, const Array3<double>& held, int j,
+                            int k) {
   const double *water = &held(0, j, k), *solid = &solids(0, j, k);
   double off = 0.0;
   for (int i = 0; i < held.nx(); ++i) {
     if (water[i] <= 0.0 || water[i] >= 1.0) continue;
-    const double open = open_fraction(solid[i]), wet = std::min(water[i] / open, 1.0);
+    const double wet = wet_part(water[i], solid[i]);
     if (wet < 1.0)
       off -= 0.5 * (1.0 - wet) * water[i] *
              gravity.dot(differences(level, i, j, k).stableNormalized());
-    if (open < 1.0)
-      off -= 0.5 * (1.0 - open) * water[i] *
-             gravity.dot(differences(solids, i, j, k).stableNormalized());
   }
+  return off;
+}
+
+// The same of water that solids push aside, all cells.
+double moment_beside_solids(const Vec3& gravity, const SolidFractions& solids,
+                            const Array3<double>& held) {
+  double off = 0.0;
+  for (const SolidFractions::Moment& m : solids.moments)
+    off -= wet_part(held[m.cell], solids.cell[m.cell]) * gravity.dot(m.of_solid);
   return off;
 }
 
@@ -77,15 +90,17 @@ void add_water_statistics(const SimulationOptions& o, const WaterStep& water,
   r.water_kinetic = motion.kinetic;
   for (int a = 0; a < 3; ++a)
     r.max_speed = std::max(r.max_speed, fastest(water.fluid().u[a], coupling.valid()[a]));
-  const Array3<double>& solids = coupling.solids().cell;
+  const SolidFractions& solids = coupling.solids();
   std::vector<double> off(g.nz, 0.0);
 #pragma omp parallel for schedule(static, 1)
   for (int k = 0; k < g.nz; ++k)
     for (int j = 0; j < g.ny; ++j)
-      off[k] += moment_in_cells(o.gravity, water.fluid().phi, solids, water.held(), j, k);
+      off[k] += moment_under_surface(o.gravity, water.fluid().phi, solids.cell, water.held(), j, k);
   const WaterMoment hidden = water_moment(g, water.residual());
   double moment = o.gravity.dot(inside.moment + hidden.moment);
-  for (const double of_plane : off) moment += of_plane * g.dx * g.dx * g.dx * g.dx;
+  double cut = moment_beside_solids(o.gravity, solids, water.held());
+  for (const double of_plane : off) cut += of_plane;
+  moment += cut * g.dx * g.dx * g.dx * g.dx;
   r.potential -= o.water_density * moment;
 }
 

@@ -15,6 +15,7 @@ void Coupling::set_tank(const Grid& g, const Sides& open_side) {
   obstacle_faces_.clear();
   obstacles_.face.resize(g, 0.0);
   obstacles_.cell.resize(g.nx, g.ny, g.nz, 0.0);
+  obstacles_.moments.clear();
   for (const TriMesh& m : obstacle_surfaces_) {
     if (options_.geometry == Geometry::kCutCell) {
       obstacle_faces_.push_back(add_solid_fractions(g, m.vertices, m.triangles, obstacles_));
@@ -52,6 +53,7 @@ void Coupling::forget_bodies() {
     copy_box(obstacles_.face, box, solids_.face);
     copy_box(obstacles_.cell, box, solids_.cell);
   }
+  solids_.moments = obstacles_.moments;
 }
 
 // Bodies that the water meets themselves: fractions, fluxes and dual faces of each.

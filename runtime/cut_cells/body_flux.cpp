@@ -169,6 +169,7 @@ struct SweptPiece {
   Vec3 weights;     // of the centroid
   Vec3 area;        // cells^2
   double at, bend;  // of CellMoments::add
+  Vec3 squares;     // the same
 };
 
 std::vector<SweptPiece> sweep_some(const Grid& g, const WetSurface& s,
@@ -183,7 +184,9 @@ std::vector<SweptPiece> sweep_some(const Grid& g, const WetSurface& s,
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      pieces.push_back({cell, t, w, vector_area(piece), at - cell[0] - 0.5, w.dot(bend)});
+      const Vec3 centre = cell.cast<double>() + Vec3::Constant(0.5);
+      pieces.push_back({cell, t, w, vector_area(piece), at - centre[0], w.dot(bend),
+                        mean_squares(piece, centre)});
     });
   }
   return pieces;
@@ -234,7 +237,7 @@ SweptSurface sweep_members(const Grid& g, const WetSurface& s) {
   std::vector<const SweptPiece*> all;
   for (const std::vector<SweptPiece>& part : parts)
     for (const SweptPiece& piece : part) {
-      swept.cells.at(piece.cell).add(piece.area, piece.at, piece.bend);
+      swept.cells.at(piece.cell).add(piece.area, piece.at, piece.squares, piece.bend);
       all.push_back(&piece);
     }
   sum_pieces(g, all, s.points->size(), swept);

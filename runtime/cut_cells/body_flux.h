@@ -113,6 +113,13 @@ MatX reduced_flux(const NodalSurface& nodes, const SurfaceFlux& surface);
 struct SolidFractions {
   FaceField<double> face;
   Array3<double> cell;
+  /// What a surface cuts off in a cell: first moment of its volume about the cell's centre, cells^4.
+  /// Cells that several surfaces cut stand there several times; none of voxels.
+  struct Moment {
+    std::size_t cell;
+    Vec3 of_solid;
+  };
+  std::vector<Moment> moments = {};
 };
 
 struct DualFace;

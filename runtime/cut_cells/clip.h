@@ -130,4 +130,23 @@ inline Vec3 centroid_weights(const ClipPolygon& p) {
   return mean / p.n;
 }
 
+/// Mean over the polygon of the squares of its coordinates about `centre`, cells^2 (that of the
+/// corners if its area vanishes).
+inline Vec3 mean_squares(const ClipPolygon& p, const Vec3& centre) {
+  const Vec3 normal = vector_area(p), first = p.corner[0].x - centre;
+  Vec3 sum = Vec3::Zero(), mean = Vec3::Zero();
+  double area = 0.0;
+  for (int a = 1; a + 1 < p.n; ++a) {
+    const Vec3 x = p.corner[a].x - centre, y = p.corner[a + 1].x - centre, all = first + x + y;
+    const double part = normal.dot((x - first).cross(y - first));
+    sum +=
+        part / 12.0 *
+        (first.cwiseProduct(first) + x.cwiseProduct(x) + y.cwiseProduct(y) + all.cwiseProduct(all));
+    area += part;
+  }
+  if (area > 0.0) return sum / area;
+  for (int a = 0; a < p.n; ++a) mean += (p.corner[a].x - centre).cwiseAbs2();
+  return mean / p.n;
+}
+
 }  // namespace archetide

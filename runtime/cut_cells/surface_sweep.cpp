@@ -30,10 +30,12 @@ DualFace dual_face(int axis, const Vec3i& face, const CellMoments& low, const Ce
 
 }  // namespace
 
-void CellMoments::add(const Vec3& a, double x, double kappa) {
+void CellMoments::add(const Vec3& a, double x, const Vec3& squares, double kappa) {
   area += a;
   size += a.norm();
   moment_x += a[0] * x;
+  // Divergence theorem for x_a^2 / 2, of which the cell's own faces have 1/8.
+  moment += 0.5 * a.cwiseProduct(squares - Vec3::Constant(0.25));
   curvature += a.norm() * kappa;
 }
 
@@ -50,7 +52,9 @@ SurfaceCells cell_moments(const Grid& g, const std::vector<Vec3>& points,
     for_each_piece(g, x, [&](const Vec3i& cell, const ClipPolygon& piece) {
       const Vec3 w = centroid_weights(piece);
       const double at = w[0] * x[0][0] + w[1] * x[1][0] + w[2] * x[2][0];
-      cells.at(cell).add(vector_area(piece), at - cell[0] - 0.5, w.dot(bend));
+      const Vec3 centre = cell.cast<double>() + Vec3::Constant(0.5);
+      cells.at(cell).add(vector_area(piece), at - centre[0], mean_squares(piece, centre),
+                         w.dot(bend));
     });
   }
   return cells;
@@ -169,6 +173,12 @@ std::vector<DualFace> sweep_surface(const Grid& g, SurfaceCells& surface,
       });
     carrier.rethrow();
     for (const auto& part : found) faces.insert(faces.end(), part.begin(), part.end());
+  }
+  for (std::size_t n = 0; n < surface.cells().size(); ++n) {
+    const Vec3i& c = surface.cells()[n];
+    if (fractions.cell.contains(c[0], c[1], c[2]))
+      fractions.moments.push_back(
+          {fractions.cell.index(c[0], c[1], c[2]), surface.moments()[n].moment});
   }
   return faces;
 }

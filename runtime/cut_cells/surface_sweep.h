@@ -9,14 +9,16 @@ namespace archetide {
 
 /// What a surface leaves in each cell of a box, lengths in cells.
 struct CellMoments {
-  Vec3 area = Vec3::Zero();  // integral of n
-  double size = 0.0;         // area
-  double moment_x = 0.0;     // integral of (x - cell centre) n_x
-  double curvature = 0.0;    // integral of the mean curvature
-  double volume = 0.0;       // of the solid (filled by sweep_surface)
+  Vec3 area = Vec3::Zero();    // integral of n
+  double size = 0.0;           // area
+  double moment_x = 0.0;       // integral of (x - cell centre) n_x
+  double curvature = 0.0;      // integral of the mean curvature
+  double volume = 0.0;         // of the solid (filled by sweep_surface)
+  Vec3 moment = Vec3::Zero();  // of the solid's volume about the cell centre
 
-  /// A planar piece of vector area `a`, centroid abscissa x - cell centre, mean curvature kappa.
-  void add(const Vec3& a, double x, double kappa);
+  /// A planar piece of vector area `a`, centroid abscissa x - cell centre, mean squares of the
+  /// coordinates about the cell centre, mean curvature kappa.
+  void add(const Vec3& a, double x, const Vec3& squares, double kappa);
 };
 
 /// What a surface leaves in the cells of its box that it touches.
