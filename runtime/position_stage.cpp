@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/articulation/pre_stabilisation.h"
 #include "runtime/contact_setup.h"
 #include "runtime/driving_forces.h"
+#include "runtime/joint_closing.h"
 #include "runtime/numerics/parallel.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/statistics.h"
@@ -144,34 +144,6 @@ bool solve_half_step(SimulationState& s, double dt, std::vector<StageBody>& stag
   }
   if (!lock_modes(s, results, reachable.forces, dt, stage)) return true;
   return couple_again();
-}
-
-// Size of the smallest jointed body, m.
-double smallest_jointed(const SimulationState& s) {
-  double size = INFINITY;
-  for (const Joint& joint : s.joints)
-    for (const int b : {joint.a, joint.b})
-      if (b >= 0) size = std::min(size, s.reach[b].rest);
-  return size;
-}
-
-// Section 7, [WTF06]: velocities of the position update that leave no gap in a joint; bodies that
-// are stopped keep their modal rates. What that takes belongs to the joints' reaction.
-bool close_joints(SimulationState& s, const std::vector<FreeMotion>& motions,
-                  const std::vector<char>& stopped, double dt, std::vector<VecX>& y,
-                  std::vector<VecX>& reaction, StepAttempt& attempt) {
-  if (s.joints.empty()) return true;
-  constexpr double kClosed = 1e-12, kGood = 1e-8;  // of the smallest jointed body
-  const double size = smallest_jointed(s);
-  const PreStabilised kept =
-      pre_stabilise(s.joints, s.bodies, motions, stopped, dt, kClosed * size, kGood * size, y);
-  if (kept.closed) {
-    for (std::size_t b = 0; b < s.bodies.size(); ++b)
-      if (kept.impulse[b].size() > 0 && reaction[b].size() > 0) reaction[b] += kept.impulse[b];
-    return true;
-  }
-  attempt.open_joint = kept.widest, attempt.open_gap = kept.drift;
-  return attempt.refuse(Refusal::kJointOpen);
 }
 
 // Jointed bodies that were stopped keep the shape that they have: a joint of several points cannot

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "runtime/contact/keep_apart.h"
+#include "runtime/joint_closing.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
 #include "runtime/thrown_bodies.h"
@@ -73,6 +74,27 @@ bool bend(const HalfStep& half, double lost, std::vector<VecX>& q, SimulationSta
   return deeper <= kDeeper * s.options.grid.dx;
 }
 
+// The same with all joints closed: those that hold such a body have to be closed again.
+bool bend_and_close(const HalfStep& half, double lost, std::vector<VecX>& q,
+                    std::vector<StageResult>& results, double dt, SimulationState& s) {
+  bool opened = false;
+  std::vector<FreeMotion> motions;
+  std::vector<VecX> closed;  // shapes that closed them
+  std::vector<char> stiff;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    opened = opened || (q[b].size() > 0 && half.reaction[b].size() > 0);
+  for (std::size_t b = 0; opened && b < s.bodies.size(); ++b) {
+    closed.push_back(half.reaction[b].size() > 0 ? s.bodies[b].q : VecX());
+    motions.push_back(std::move(results[b].motion));
+    stiff.push_back(q[b].size() == 0);
+  }
+  const bool apart = bend(half, lost, q, s);
+  if (!opened || seat_joints(s, motions, stiff, dt, s.bodies)) return apart;
+  for (std::size_t b = 0; b < s.bodies.size(); ++b)
+    if (closed[b].size() > 0) s.bodies[b].q = closed[b];
+  return apart;
+}
+
 // What the water gave.
 void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& result) {
   const Vec3 force = result.water_impulse.head<3>(), torque = result.water_impulse.segment<3>(3);
@@ -81,10 +103,10 @@ void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& re
   s.water_angular_impulse[b] += torque;
 }
 
-// q^{n+1} of a nonlinear body (S15); empty: of others, of jointed ones, which keep the way that
-// closed their joints, and where one solve a step moves the bodies itself.
+// q^{n+1} of a nonlinear body (S15); empty: of others, and where one solve a step moves the bodies
+// itself.
 VecX shape_after(const SimulationState& s, const StageBody& in, const StageResult& out, double dt) {
-  if (in.reaction.size() > 0 || s.options.scheme != Scheme::kNewmark) return {};
+  if (!in.body->is_nonlinear() || s.options.scheme != Scheme::kNewmark) return {};
   return corrected_modes(*in.body, in.at, out.y.tail(in.body->r), dt);
 }
 
@@ -97,7 +119,6 @@ struct EnergyMade {
 constexpr double kLittle = 5e-3, kMost = 0.2;  // of that energy
 
 // Where it is more than little the next solve's forces are linear about the mean rates of this one.
-// That does not mend a jointed body, whose shape is known.
 EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResult>& results,
                            double dt, std::vector<StageBody>& stage) {
   constexpr double kHopeless = 10.0;  // of the energy at the start of the stage
@@ -106,16 +127,13 @@ EnergyMade linearise_again(const SimulationState& s, const std::vector<StageResu
     const ReducedBody& body = *stage[b].body;
     const StageResult& out = results[b];
     if (!body.is_nonlinear()) continue;
-    const VecX free_shape = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
-    const bool stays = free_shape.size() == 0;
-    if (stays && stage[b].reaction.size() == 0) continue;
-    const VecX& q = stays ? body.q : free_shape;
+    const VecX q = shape_after(s, stage[b], out, dt), q_dot = out.y.tail(body.r);
+    if (q.size() == 0) continue;
     const ConfigurationTerms& terms = out.motion.terms;
     const double made =
         std::abs(energy_of_linear_force(body, stage[b].at, out.motion, q_dot, q, dt));
     const double end = kinetic_energy(body, terms, out.y) + elastic_energy(body, q);
-    if (stays && !(made <= kMost * end)) most.hopeless = true;
-    if (stays || made <= kLittle * end) continue;
+    if (made <= kLittle * end) continue;
     const double start = kinetic_energy(body, terms, generalised_velocity(body, terms)) +
                          elastic_energy(body, 2.0 * stage[b].at.q - body.q);
     if (!(made <= kMost * end) && !(made <= kHopeless * start)) most.hopeless = true;
@@ -237,7 +255,8 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
       lost += energy_lost(s, before[b], body, stage[b].at, results[b], drive[b], bent[b], dt);
     accept(results[b], body);
   }
-  if (!bend(half, lost, bent, s) && may_halve(s.options, report, kMostForOverlap))
+  if (!bend_and_close(half, lost, bent, results, dt, s) &&
+      may_halve(s.options, report, kMostForOverlap))
     return attempt.refuse(Refusal::kSank);
   const bool dry = std::all_of(results.begin(), results.end(), [](const StageResult& body) {
     return body.water_impulse.isZero(0.0);

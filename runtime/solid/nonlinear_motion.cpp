@@ -267,13 +267,6 @@ ModalMotion nonlinear_full_step(const ReducedBody& body, const Configuration& at
   return motion;
 }
 
-VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
-                     double dt) {
-  if (!body.is_nonlinear()) return {};
-  const VecX q_n = 2.0 * middle.q - body.q;
-  return q_n + 0.5 * dt * (body.q_dot + q_dot);
-}
-
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
                               const FreeMotion& motion, const VecX& q_dot, const VecX& q_end,
                               double dt) {

@@ -4,16 +4,9 @@
 
 namespace archetide {
 
-/// Modal coordinates of a nonlinear body at the end of a step, q^{n+1} = q^n + dt/2 (q_dot^n +
-/// q_dot^{n+1}), once q_dot^{n+1} (r) is known; body.q is still what advance_pose made of it and
-/// body.q_dot that of n. `middle`: what advance_pose returned. Empty for linear bodies, which stay
-/// as they are. docs/method.md, S15.
-VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
-                     double dt);
-
 /// Energy that a nonlinear body got from nothing in the velocities stage because its forces are
 /// linear about middle.rates_of_force() (S15b), J: V(q^{n+1}) - V(q^n) less the work of
-/// these forces. `motion`: of the stage; `q_end`: q^{n+1} (r); the rest as above.
+/// these forces. `motion`: of the stage; `q_end`: q^{n+1} (r); the rest as of corrected_modes().
 double energy_of_linear_force(const ReducedBody& body, const Configuration& middle,
                               const FreeMotion& motion, const VecX& q_dot, const VecX& q_end,
                               double dt);

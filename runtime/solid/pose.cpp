@@ -47,4 +47,11 @@ Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const Vec
   return mid;
 }
 
+// Eq. S15.
+VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
+                     double dt) {
+  const VecX q_n = 2.0 * middle.q - body.q;
+  return q_n + 0.5 * dt * (body.q_dot + q_dot);
+}
+
 }  // namespace archetide

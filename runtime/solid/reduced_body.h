@@ -218,6 +218,11 @@ Vec3 frame_spin(const ConfigurationTerms& terms, const Vec3& L, const VecX& q_do
 /// - I^-1 D q_dot evaluated at the midpoint (fixed point iteration on the half-step rotation), q +=
 /// dt q_dot. Returns the midpoint configuration for the velocity stage.
 Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const VecX& y, double dt);
+/// Modal coordinates at the end of a step by the trapezoid, q^{n+1} = q^n + dt/2 (q_dot^n +
+/// q_dot^{n+1}), once q_dot^{n+1} (r) is known; body.q is still what advance_pose made of it and
+/// body.q_dot that of n. `middle`: what advance_pose returned. docs/method.md, S15.
+VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
+                     double dt);
 
 /// Takes y of the velocity stage into P, L, q_dot. P and L change by exactly dt force + impulse,
 /// not through H.

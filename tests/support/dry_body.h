@@ -19,8 +19,7 @@ inline void dry_step(ReducedBody& body, const VecX& force, double dt, const Moda
       free_motion(body, current_configuration(body), force, dt, Stage::kPositionHalf, options);
   const Configuration mid = advance_pose(body, half, half.y_star, dt);
   const FreeMotion full = free_motion(body, mid, force, dt, Stage::kVelocityFull, options);
-  const VecX q = corrected_modes(body, mid, full.y_star.tail(body.r), dt);
-  if (q.size() > 0) body.q = q;
+  if (body.is_nonlinear()) body.q = corrected_modes(body, mid, full.y_star.tail(body.r), dt);
   accept_velocity(body, full.y_star, dt * force.head<3>(), dt * force.segment<3>(3));
 }
 
