@@ -188,6 +188,22 @@ void add_spring(const SpringSpec& spec, BuiltScene& built) {
   built.springs.push_back(spring);
 }
 
+// Springs whose force asks for many steps a frame, as the bodies begin.
+void note_stiff_springs(const SceneSpec& scene, BuiltScene& built) {
+  constexpr double kMany = 20.0;  // steps a frame
+  const double frame = 1.0 / scene.fps;
+  for (const Spring& spring : built.springs) {
+    const double step = stable_spring_step(
+        spring, [&](int b) { return built.bodies[b]; }, built.options.modal, frame);
+    if (step * kMany < frame)
+      built.notes.push_back(fmt::format(
+          "spring: that between {} and {} asks for steps of {:.1e} s, {:.0f} a frame; a [[joint]], "
+          "or less stiffness and damping, is quicker",
+          built.body_names[spring.a], spring.b < 0 ? "the world" : built.body_names[spring.b], step,
+          frame / step));
+  }
+}
+
 BoxSpec box_around(const TriMesh& mesh) {
   BoxSpec box{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
   for (const Vec3& x : mesh.vertices)
@@ -422,6 +438,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
   choose_rungs(scene, built);
+  note_stiff_springs(scene, built);
   sort_by_release(built);
   for (const ForceSpec& spec : scene.forces) collect([&] { add_force(spec, built); });
   for (const ExternalSpec& spec : scene.externals) collect([&] { add_external(spec, built); });

@@ -118,9 +118,9 @@ void expect_leaps(int cells, const std::vector<double>& ratios, double rise, dou
   }
 }
 
-// Known miss: no rise above 1 % of the work is asked for. Measured 7, 7, 6 % at 3.2 cells a radius
-// (sheets over the ball and the column under it are thinner than a cell), 3.0, 1.9, 1.4 % at 6.4;
-// the first two were 92 and 18 % with the whole of the debt (C22) where water only follows [D61].
+// Known miss: no rise above 1 % of the work is asked for. Measured 9, 6, 2 % at 3.2 cells a radius
+// (sheets over the ball and the column under it are thinner than a cell), 1.9, 0.9, 0.8 % at 6.4;
+// the first two of 3.2 were 92 and 18 % with the whole of the debt (C22) where water only follows [D61].
 TEST(LightBall, LeavesTheWaterWithItsEnergy) { expect_leaps(32, {1e-2, 0.1, 0.3}, 0.15, 1.0); }
 TEST(SlowLightBall, LeavesTheWaterWithItsEnergy) { expect_leaps(64, {1e-2, 0.1, 0.3}, 0.05, 1.0); }
 

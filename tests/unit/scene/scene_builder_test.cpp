@@ -140,6 +140,10 @@ TEST_F(BuildScene, SpringsAreWithoutForceAsTheBodiesBegin) {
   EXPECT_EQ(built.springs[0].b, 1);
   EXPECT_DOUBLE_EQ(built.springs[0].length, 6.0);
   EXPECT_EQ(build(text + "length = 2\n").springs.at(0).length, 2.0);
+  EXPECT_TRUE(built.notes.empty());
+  const BuiltScene stiff = build(text + "damping = 1e9\n");
+  ASSERT_EQ(stiff.notes.size(), 1u);
+  expect_contains(stiff.notes[0], "spring: that between a and b asks for steps of");
   const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [0, 0, 0]\n";
   expect_contains(message_of<InputError>([&] {
                     build(soft +
