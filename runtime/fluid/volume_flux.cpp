@@ -37,22 +37,34 @@ class Flow {
     farthest = kCut + h * cfl_speed(u);
   }
 
-  /// Through the faces (0, j, k), (1, j, k), .. of `axis` upwards; out and cut: one for each.
-  void through_row(int axis, int j, int k, double* out, unsigned char* cut) const {
+  /// What a row of faces needs, one of each for a face.
+  struct Row {
+    explicit Row(int faces) : out(faces), level(faces), fastest(faces), cut(faces) {}
+    std::vector<double> out;  // result
+    std::vector<double> level, fastest;
+    std::vector<unsigned char> cut;
+  };
+
+  /// Through the faces (0, j, k), (1, j, k), .. of `axis` upwards.
+  void through_row(int axis, int j, int k, Row& row) const {
     const int count = u[axis].nx();
-    level_of_row(axis, j, k, out);
+    double *out = row.out.data(), *level = row.level.data();
+    unsigned char* cut = row.cut.data();
+    level_of_row(axis, j, k, level);
     const double *v = &u[axis](0, j, k), *w = &open[axis](0, j, k);
     int near = 0;
 #pragma omp simd reduction(| : near)
     for (int i = 0; i < count; ++i) {
-      const double flow = h * (w[i] * v[i]), level = out[i];
-      cut[i] = (flow != 0.0) & (std::abs(level) <= farthest);
+      const double flow = h * (w[i] * v[i]);
+      cut[i] = (flow != 0.0) & (std::abs(level[i]) <= farthest);
       near |= cut[i];
-      out[i] = level < 0.0 ? flow : 0.0;
+      out[i] = level[i] < 0.0 ? flow : 0.0;
     }
     if (!near) return;
+    fastest_of_row(axis, j, k, row.fastest.data());
     for (int i = 0; i < count; ++i)
-      if (cut[i]) out[i] = through(axis, i, j, k, w[i] * v[i]);
+      if (cut[i] && std::abs(level[i]) <= kCut + h * row.fastest[i])
+        out[i] = h * (w[i] * v[i]) * wet_share(axis, i, j, k);
   }
 
   /// The water in what flows through face (i, j, k) of `axis` upwards at `speed`, the mean of the
@@ -89,6 +101,39 @@ class Flow {
     const double low = has_low ? phi(i - (axis == 0), j - (axis == 1), k - (axis == 2)) : 0.0,
                  high = has_high ? phi(i, j, k) : 0.0;
     return (low + high) / ((has_low + has_high) * g.dx);
+  }
+
+  // most = max(most, largest component of the velocity on the faces of a cell), of row (j, k) of
+  // cells.
+  void raise_to_fastest(int j, int k, double* most) const {
+    const double *x = &u[0](0, j, k), *s = &u[1](0, j, k), *n = &u[1](0, j + 1, k),
+                 *d = &u[2](0, j, k), *t = &u[2](0, j, k + 1);
+    const int nx = g.nx;
+#pragma omp simd
+    for (int i = 0; i < nx; ++i) {
+      const double along = std::max(std::abs(x[i]), std::abs(x[i + 1])),
+                   across = std::max(std::abs(s[i]), std::abs(n[i])),
+                   up = std::max(std::abs(d[i]), std::abs(t[i]));
+      most[i] = std::max(std::max(most[i], along), std::max(across, up));
+    }
+  }
+
+  // `fastest` of a row of faces.
+  void fastest_of_row(int axis, int j, int k, double* most) const {
+    std::fill_n(most, u[axis].nx(), 0.0);
+    if (axis != 0) {
+      const int at = axis == 1 ? j : k;
+      if (at > 0) raise_to_fastest(j - (axis == 1), k - (axis == 2), most);
+      if (at < g.size(axis)) raise_to_fastest(j, k, most);
+      return;
+    }
+    raise_to_fastest(j, k, most);  // of cell i; its faces are i and i + 1
+    double before = 0.0;
+    for (int i = 0; i <= g.nx; ++i) {
+      const double here = most[i];
+      most[i] = std::max(before, here);
+      before = here;
+    }
   }
 
   // Largest component of the velocity on the faces of the cells beside a face, of every axis.
@@ -205,11 +250,10 @@ double take_outflow(const Grid& g, const MacField& u, double dt, const Array3<do
 #pragma omp parallel for schedule(dynamic)
       for (int k = first; k < faces.nz(); k += stride)
         carrier.run([&] {
-          std::vector<double> row(faces.nx());
-          std::vector<unsigned char> cut(faces.nx());
+          Flow::Row row(faces.nx());
           for (int j = 0; j < faces.ny(); ++j) {
-            flow.through_row(axis, j, k, row.data(), cut.data());
-            out[k] += book_row(axis, j, k, row.data(), residual);
+            flow.through_row(axis, j, k, row);
+            out[k] += book_row(axis, j, k, row.out.data(), residual);
           }
         });
       carrier.rethrow();
