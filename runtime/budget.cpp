@@ -47,7 +47,7 @@ void Budget::visit_state(StateArchive& a) {
 
 void BudgetKeeper::start_attempt(const std::vector<ReducedBody>& bodies) {
   step_ = {};
-  from_water_ = {};
+  from_water_ = {}, on_solids_ = {};
   bodies_before_.clear(), places_before_.clear();
   for (const ReducedBody& body : bodies) {
     bodies_before_.push_back({body.P, body.L});
@@ -61,6 +61,7 @@ void BudgetKeeper::end_bodies(double dt, const Vec3& gravity,
                               const std::vector<ReducedBody>& bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const ReducedBody& body = bodies[b];
+    if (body.prescribed) continue;
     const Impulse weight = impulse_at(body.position, dt * body_mass(body) * gravity),
                   &before = bodies_before_[b];
     step_.weight += weight;
@@ -78,6 +79,7 @@ void BudgetKeeper::end_step(double dt, const Vec3& gravity, const std::vector<Re
   // p' on the surface and on the bodies is all of gravity but what the solids bear.
   step_.solids = end.solids;
   step_.solids += end.hydrostatic - water;
+  step_.solids = step_.solids - on_solids_;
   step_.unmatched = end.unmatched;
   step_.weight = water;
   step_.weight += drops;

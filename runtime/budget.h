@@ -13,16 +13,18 @@ namespace archetide {
 /// (of the first step's end on):
 ///   P, L   = those of the start + solids + weight + external + contact + transported + unmatched
 ///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
-///            of actuators, external loads and springs
+///            of actuators, external loads, springs and bodies that go as they are told
 struct Budget {
   // what moving the water through the grid has changed (P and L: with fluid.drag and step.outrun),
   // and moving the bodies (L = x times P)
   Motion transported;
-  Impulse solids;     // of the pressure on the tank's sides and the obstacles, hydrostatic as well
-  Impulse weight;     // of gravity on water, drops and bodies
-  Impulse contact;    // of contacts and joints with what stands still
-  Impulse external;   // of external loads and springs
-  Impulse unmatched;  // Coupling::unmatched_impulse()
+  // of the pressure on the tank's sides, the obstacles and bodies that go as they are told, hydrostatic
+  // as well
+  Impulse solids;
+  Impulse weight;               // of gravity on water, drops and bodies
+  Impulse contact;              // of contacts and joints with what stands still
+  Impulse external;             // of external loads and springs
+  Impulse unmatched;            // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J
   double slowed_energy = 0.0;   // that step.outrun has taken (<= 0), J
@@ -46,6 +48,8 @@ class BudgetKeeper {
   void add_held_energy(double joules) { step_.held_energy += joules; }
   /// Of the water on a body in the velocity stage.
   void add_water_impulse(const Impulse& given) { from_water_ += given; }
+  /// The same on one that goes as it is told: a solid to the rest.
+  void add_solid_impulse(const Impulse& given) { on_solids_ += given; }
   void add_external(const Impulse& given) { step_.external += given; }
 
   /// What a step of dt leaves: motion of the water before and after its velocity stage and of the
@@ -77,7 +81,7 @@ class BudgetKeeper {
   double last_energy_ = 0.0, last_work_ = 0.0;  // J
   std::vector<Impulse> bodies_before_;          // P and L of each, about its own centre ..
   std::vector<Vec3> places_before_;             // .. which is here, m
-  Impulse from_water_;
+  Impulse from_water_, on_solids_;
   bool started_ = false;
 };
 

@@ -16,6 +16,7 @@ bool resolve_body_contact(SimulationState& s, double dt, HalfStep& half, StepRep
   const std::vector<double> speeds = largest_surface_speeds(s.bodies);
   BodyContacts::Result met = s.body_contacts->resolve(s.bodies, speeds, dt);
   half.touching = std::move(met.velocity_stage);
+  half.work_in_contact = met.work;
   const Penetration& p = met.penetration;
   report.contacts = p.touching;
   report.max_penetration = p.largest;
@@ -31,6 +32,7 @@ void resolve_walls(SimulationState& s, double dt, HalfStep& half, StepReport& re
   WallContactOptions walls = wall_options(s.options, dt);
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     walls.push_out = half.reaction[b].size() == 0;  // no joints
+    if (s.bodies[b].prescribed) continue;
     if (half.held[b].points.empty() && away_from_walls(s.bodies[b], s.reach[b], walls)) continue;
     WallContactResult contact = resolve_wall_contacts(s.bodies[b], walls, half.held[b].points);
     report.contacts += contact.contacts;
@@ -49,7 +51,7 @@ bool resolve_contact(SimulationState& s, double dt, HalfStep& half, StepReport& 
     apart = resolve_body_contact(s, dt, half, report);
   else
     resolve_walls(s, dt, half, report);
-  half.lost_in_contact = before - energy_of_bodies(s.bodies);
+  half.lost_in_contact = before + half.work_in_contact - energy_of_bodies(s.bodies);
   s.budget.add_contact_energy(-half.lost_in_contact);
   return apart;
 }

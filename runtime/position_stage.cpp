@@ -20,7 +20,8 @@ GroupContacts reachable_contacts(const SimulationState& s, double dt) {
 
 // Whether the body, alone at its walls, may come to one within the step.
 bool may_reach_wall(const SimulationState& s, std::size_t b, double dt) {
-  if (s.body_contacts || !s.has_tank() || !s.options.wall_contact) return false;
+  if (s.body_contacts || !s.has_tank() || !s.options.wall_contact || s.bodies[b].prescribed)
+    return false;
   const double speed = largest_surface_speed(s.bodies[b]) + s.options.gravity.norm() * dt;
   return !away_from_walls(s.bodies[b], s.reach[b], wall_options(s.options, dt), 2.0 * speed * dt);
 }
@@ -31,6 +32,7 @@ VecX first_way(const SimulationState& s, const ReducedBody& body, const Configur
                double dt) {
   const ModalOptions& modal = s.options.modal;
   VecX y = generalised_velocity(body, terms);
+  if (body.prescribed) y << body.prescribed->way, body.prescribed->turn;
   if (body.r > 0)
     y.tail(body.r) = generalised_mass(body, terms, dt, Stage::kPositionHalf, modal.step)
                          .modal_solve(modal_momentum(body, terms, body.q_dot));
@@ -48,8 +50,9 @@ void guess_half_way(SimulationState& s, double dt) {
     ReducedBody& body = s.half_way[b];
     FreeMotion motion;
     motion.terms = configuration_terms(body, current_configuration(body), s.options.modal.mass);
-    VecX y =
-        go_on && body.last_way.size() > 0 ? body.last_way : first_way(s, body, motion.terms, dt);
+    VecX y = go_on && body.last_way.size() > 0 && !body.prescribed
+                 ? body.last_way
+                 : first_way(s, body, motion.terms, dt);
     s.guard.shorten(body, 0.5 * dt, y);
     advance_pose(body, motion, y, 0.5 * dt);
   });

@@ -20,6 +20,7 @@ struct HalfStep {
   GroupContacts reachable;          // contacts of this stage, with the forces that they pushed
   GroupContacts touching;           // contacts of the velocities stage, once they are resolved
   double lost_in_contact = 0.0;     // energy of the bodies, J
+  double work_in_contact = 0.0;     // of bodies that go as they are told, between the stages, J
 };
 
 /// Section 6, positions: water and bodies over dt/2 (s), coupled (Eq. 45, with joints Eq. 49); the

@@ -8,6 +8,7 @@
 #include "runtime/driving_forces.h"
 #include "runtime/failure_diagnosis.h"
 #include "runtime/position_stage.h"
+#include "runtime/prescribed.h"
 #include "runtime/single_solve.h"
 #include "runtime/state.h"
 #include "runtime/statistics.h"
@@ -46,6 +47,7 @@ void stop_held_modes(SimulationState& s) {
 // One attempt at a step of dt from bodies as `before`; false leaves the state in the middle of it.
 bool attempt_step(SimulationState& s, const std::vector<ReducedBody>& before, double dt,
                   StepAttempt& attempt) {
+  aim_prescribed(s, dt);
   s.guard.start_step(s.bodies);
   s.budget.start_attempt(s.bodies);
   const bool done = s.options.scheme == Scheme::kNewmark
@@ -149,6 +151,16 @@ void Simulation::set_external_loads(std::vector<ExternalLoad> loads) {
 }
 
 void Simulation::set_springs(std::vector<Spring> springs) { state_->springs = std::move(springs); }
+
+void Simulation::set_prescribed(std::vector<PrescribedBody> bodies) {
+  ARCHETIDE_CHECK(bodies.empty() || state_->options.scheme == Scheme::kNewmark);
+  for (const PrescribedBody& told : bodies) {
+    const auto b = static_cast<std::size_t>(told.body);
+    ARCHETIDE_CHECK(told.body >= 0 && b < state_->bodies.size() && state_->bodies[b].r == 0);
+  }
+  state_->prescribed = std::move(bodies);
+  place_prescribed(*state_);
+}
 
 double Simulation::time() const { return state_->time(); }
 const SimulationOptions& Simulation::options() const { return state_->options; }

@@ -8,6 +8,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "runtime/articulation/actuation.h"
 #include "runtime/articulation/external_load.h"
+#include "runtime/articulation/motion_path.h"
 #include "runtime/articulation/spring.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/options.h"
@@ -35,6 +36,8 @@ class Simulation {
   void set_actuators(std::vector<Actuator> actuators);
   void set_external_loads(std::vector<ExternalLoad> loads);
   void set_springs(std::vector<Spring> springs);
+  /// Bodies that go as they are told, of those of time 0, rigid; two solves a step.
+  void set_prescribed(std::vector<PrescribedBody> bodies);
 
   /// The step that the CFL number and max_dt allow now, s.
   double stable_dt() const;

@@ -17,6 +17,7 @@ double deformation(const ReducedBody& body) {
 }
 
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& r) {
+  if (body.prescribed) return;
   r.body_momentum += body.P;
   r.body_angular_momentum += body.L + body.position.cross(body.P);
   r.body_kinetic += kinetic_energy(body);
@@ -150,7 +151,8 @@ std::vector<double> largest_surface_speeds(const std::vector<ReducedBody>& bodie
 
 double energy_of_bodies(const std::vector<ReducedBody>& bodies) {
   double sum = 0.0;
-  for (const ReducedBody& body : bodies) sum += kinetic_energy(body) + elastic_energy(body);
+  for (const ReducedBody& body : bodies)
+    if (!body.prescribed) sum += kinetic_energy(body) + elastic_energy(body);
   return sum;
 }
 

@@ -8,7 +8,7 @@
 
 namespace archetide {
 
-/// Momenta and energies of one body, added to the report.
+/// Momenta and energies of one body, added to the report; one that goes as it is told has none.
 void add_body_statistics(const ReducedBody& body, const Vec3& gravity, StepReport& report);
 
 /// Volume of the water that cells hold (dx^3), m^3, and its first moment about the origin, m^4, of

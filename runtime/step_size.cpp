@@ -5,6 +5,7 @@
 
 #include "runtime/driving_forces.h"
 #include "runtime/fluid/advection.h"
+#include "runtime/prescribed.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -62,6 +63,7 @@ double largest_travel(const SimulationState& s, std::size_t b, double water_top)
   constexpr double kClearance = 2.0;  // cells that are left
   const double dx = s.options.grid.dx, least = s.options.cfl * dx;
   const ReducedBody& body = s.bodies[b];
+  if (body.prescribed) return least;
   const double radius = farthest_point(body, s.reach[b]);
   if (!only_gravity_acts(s, b) || body.position[2] + radius <= water_top) return least;
   const double way =
@@ -91,6 +93,12 @@ double pushed(const SimulationState& s, std::size_t b) {
   return force.norm() / body_mass(s.bodies[b]);
 }
 
+// The longest step that brings body b no farther than `way` (m), at most `most` (s) looked at.
+double body_step(const SimulationState& s, std::size_t b, double way, double most) {
+  if (s.bodies[b].prescribed) return time_for(way, prescribed_speed(s, b, most), 0.0);
+  return time_for(way, largest_surface_speed(s.bodies[b]), s.options.gravity.norm() + pushed(s, b));
+}
+
 }  // namespace
 
 double stable_dt(const SimulationState& s) {
@@ -101,8 +109,7 @@ double stable_dt(const SimulationState& s) {
   const bool water = s.water.present();
   const double top = water ? s.water.top() : 0.0;
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
-    dt = std::min(dt, time_for(water ? largest_travel(s, b, top) : cells,
-                               largest_surface_speed(s.bodies[b]), g + pushed(s, b)));
+    dt = std::min(dt, body_step(s, b, water ? largest_travel(s, b, top) : cells, o.max_dt));
   if (!water) return dt;
   constexpr double kRange = 8.0;  // more than water that was slowed down in a like step can want
   dt = std::min(

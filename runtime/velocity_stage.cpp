@@ -6,6 +6,7 @@
 
 #include "runtime/contact/keep_apart.h"
 #include "runtime/joint_closing.h"
+#include "runtime/prescribed.h"
 #include "runtime/solid/nonlinear_motion.h"
 #include "runtime/step_size.h"
 #include "runtime/thrown_bodies.h"
@@ -33,6 +34,12 @@ double power_of_drive(const SimulationState& s, std::size_t b, const VecX& f,
   VecX mean = 0.5 * (generalised_velocity(body, result.motion.terms) + result.y);
   if (s.guard.holds(static_cast<int>(b))) mean.tail(body.r) = middle.q_dot;
   return f.dot(mean);
+}
+
+// Impulse of water and contacts on a body.
+VecX given_in_stage(const StageResult& result) {
+  if (result.reaction.size() == 0) return result.water_impulse;
+  return result.water_impulse + result.reaction;
 }
 
 // P, L and q̇ of n+1 (S12).
@@ -98,7 +105,11 @@ bool bend_and_close(const HalfStep& half, double lost, std::vector<VecX>& q,
 // What the water gave.
 void book_water_impulse(SimulationState& s, std::size_t b, const StageResult& result) {
   const Vec3 force = result.water_impulse.head<3>(), torque = result.water_impulse.segment<3>(3);
-  s.budget.add_water_impulse(impulse_at(s.bodies[b].position, force, torque));
+  const Impulse given = impulse_at(s.bodies[b].position, force, torque);
+  if (s.bodies[b].prescribed)
+    s.budget.add_solid_impulse(given);
+  else
+    s.budget.add_water_impulse(given);
   s.water_impulse[b] += force;
   s.water_angular_impulse[b] += torque;
 }
@@ -243,13 +254,15 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   if (may_halve(s.options, report, kMostForEnergy) &&
       joints_drive(s, half.start, half.reaction, results))
     return attempt.refuse(Refusal::kJointWork);
-  double work = 0.0, lost = 0.0;
+  double work = half.work_in_contact, lost = 0.0;
   std::vector<VecX> bent(s.bodies.size());  // q^{n+1} of nonlinear bodies
   for (std::size_t b = 0; b < s.bodies.size(); ++b) {
     ReducedBody& body = s.bodies[b];
     // one solve a step counts the work where it moves the bodies
     if (drive[b].size() > 0 && s.options.scheme == Scheme::kNewmark)
       work += dt * power_of_drive(s, b, drive[b], half.middle[b], results[b]);
+    if (body.prescribed)
+      work += work_of_prescribed(before[b], *body.prescribed, given_in_stage(results[b]));
     bent[b] = shape_after(s, stage[b], results[b], dt);
     if (s.body_contacts && bent[b].size() > 0)
       lost += energy_lost(s, before[b], body, stage[b].at, results[b], drive[b], bent[b], dt);

@@ -132,6 +132,7 @@ std::string Section::schema_path(const std::string& path) const { return key_pat
 // The value in the file, or the parsed default.
 const ParamNode& Section::value(const std::string& path) const {
   const Key* key = state_->schema.find(schema_path(path));
+  if (!key) key = state_->schema.find(with_brackets(schema_path(path)));
   if (!key) throw AssertionError("the schema has no key " + schema_path(path));
   if (const ParamNode* node = find(path)) return *node;
   if (key->fallback == "required" || key->fallback == "absent" || key->fallback.empty()) {

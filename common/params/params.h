@@ -26,7 +26,7 @@ class Section {
   Vec3 vec3(const std::string& path) const;
   Vec3i int_vec3(const std::string& path) const;
   std::vector<Vec3> points(const std::string& path) const;
-  /// For kIntegerOrString and kVec3OrString: true when the value (or the default) is a string.
+  /// For types that may be strings: true when the value (or the default) is a string.
   bool is_string(const std::string& path) const;
 
   /// A table; when the file lacks it, one in which every key has its default.

@@ -106,6 +106,8 @@ bool has_type(const ParamNode& v, KeyType type) {
       return v.kind == Kind::kTable;
     case KeyType::kTables:
       return v.is_table_list() || (v.kind == Kind::kArray && v.items.empty());
+    case KeyType::kTablesOrString:
+      return is_string(v) || has_type(v, KeyType::kTables);
   }
   return false;
 }
@@ -181,7 +183,7 @@ class Checker {
     found_.insert(found_.end(), bad.begin(), bad.end());
     if (!bad.empty()) return;
     if (key->type == KeyType::kTable) check_table(value, key->path, entry);
-    if (key->type != KeyType::kTables) return;
+    if (key->type != KeyType::kTables && key->type != KeyType::kTablesOrString) return;
     for (std::size_t n = 0; n < value.items.size(); ++n) {
       check_table(value.items[n], key->path, fmt::format("{}[{}]", entry, n));
     }
@@ -299,7 +301,9 @@ std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value,
     return {{value.where, shown + ": " + describe(value) + " has the wrong type", wanted(key)}};
   }
   std::vector<Diagnostic> found;
-  if (key.type == KeyType::kTable || key.type == KeyType::kTables) return found;
+  if (key.type == KeyType::kTable || key.type == KeyType::kTables ||
+      key.type == KeyType::kTablesOrString)
+    return found;
   std::vector<const ParamNode*> scalars;
   collect_scalars(value, scalars);
   for (const ParamNode* scalar : scalars) {

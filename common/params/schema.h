@@ -25,6 +25,7 @@ enum class KeyType {
   kVec3OrString,     // [x, y, z], or one of `choices`
   kTable,            // [section] or { ... }
   kTables,           // [[section]]
+  kTablesOrString,   // the same or [{ ... }, ..], or a string
 };
 
 /// Allowed values of numbers (of every component of vectors). Infinity and NaN are never allowed.

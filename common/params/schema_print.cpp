@@ -53,6 +53,8 @@ std::string type_name(KeyType type) {
       return "table";
     case KeyType::kTables:
       return "list of tables";
+    case KeyType::kTablesOrString:
+      return "list of tables or string";
   }
   return "";
 }

@@ -72,10 +72,7 @@ void place_in_skin(const Vec3& origin, const Quat& rotation, const Vec3& velocit
   const Vec3 arm = rotation * body.archetype->centre;
   body.position = origin + arm;
   body.rotation = rotation;
-  const ConfigurationTerms terms =
-      configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  body.P = terms.mass * (velocity + spin.cross(arm));
-  body.L = terms.inertia * spin;
+  set_velocity(velocity + spin.cross(arm), spin, body);
 }
 
 }  // namespace archetide

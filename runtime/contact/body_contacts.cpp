@@ -258,7 +258,7 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
     out.penetration.largest = std::max(out.penetration.largest, -c.gap);
     out.penetration.sum += std::max(-c.gap, 0.0);
   }
-  if (!touching.empty()) impacts(bodies, touching, dt);
+  if (!touching.empty()) out.work = impacts(bodies, touching, dt);
 
   // where bodies bounce, a point that will touch with speed must keep it
   GroupContacts& held = out.velocity_stage;
@@ -275,8 +275,8 @@ BodyContacts::Result BodyContacts::resolve(std::vector<ReducedBody>& bodies,
   return out;
 }
 
-void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
-                           const std::vector<BodyContact>& touching, double dt) const {
+double BodyContacts::impacts(std::vector<ReducedBody>& bodies,
+                             const std::vector<BodyContact>& touching, double dt) const {
   constexpr int kRounds = 50;
   Masses m = masses_of(bodies, shapes_, touching, dt, options_.modal);
   const std::vector<VecX> before = m.y;
@@ -316,12 +316,16 @@ void BodyContacts::impacts(std::vector<ReducedBody>& bodies,
   std::vector<Vec3> delta_P(bodies.size(), Vec3::Zero()), delta_L = delta_P;
   system.add_momenta(total, touching, m.bodies, delta_P, delta_L);
   const std::vector<VecX> of_nodes = answers_of_nodes(m, system, total);
+  double work = 0.0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (m.bodies[b].body && bodies[b].prescribed)
+      work -= delta_P[b].dot(m.y[b].head<3>()) + delta_L[b].dot(m.y[b].segment<3>(3));
     if (!m.bodies[b].body || m.y[b] == before[b]) continue;
     const VecX y =
         m.nodes[b] ? VecX(generalised_velocity(bodies[b], m.terms[b]) + of_nodes[b]) : m.y[b];
     accept_velocity(bodies[b], y, delta_P[b], delta_L[b]);
   }
+  return work;
 }
 
 }  // namespace archetide

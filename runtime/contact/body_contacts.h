@@ -62,6 +62,7 @@ class BodyContacts {
   struct Result {
     GroupContacts velocity_stage;
     Penetration penetration;
+    double work = 0.0;  // of bodies that go as they are told on the others, J
   };
   /// Impacts change v^n of the bodies; P and L by exactly the impulses at the common points.
   Result resolve(std::vector<ReducedBody>& bodies, const std::vector<double>& speed,
@@ -91,8 +92,8 @@ class BodyContacts {
   ContactSolveOptions solve_options(double dt) const;
   bool touches(const BodyContact& c) const { return c.gap <= options_.tolerance; }
   double closing_target(const BodyContact& c, double dt) const;
-  void impacts(std::vector<ReducedBody>& bodies, const std::vector<BodyContact>& touching,
-               double dt) const;
+  double impacts(std::vector<ReducedBody>& bodies, const std::vector<BodyContact>& touching,
+                 double dt) const;
 
   BodyContactOptions options_;
   Surroundings surroundings_;

@@ -320,12 +320,14 @@ NearBodies near_bodies(const std::vector<ReducedBody>& bodies,
     near.boxes.push_back(loose_box(bodies[b], *shapes[b], margin[b]));
   near.pairs = overlapping_pairs(near.boxes);
   std::erase_if(near.pairs, [&](const auto& pair) {
-    return !options.each_other || options.apart.count(pair) > 0;
+    const bool both_told = bodies[pair.first].prescribed && bodies[pair.second].prescribed;
+    return !options.each_other || both_told || options.apart.count(pair) > 0;
   });
   for (const auto& [i, j] : near.pairs) near.wanted[i] = near.wanted[j] = 1;
   for (std::size_t b = 0; b < bodies.size(); ++b)
     for (const Surroundings::Item& item : surroundings.items())
-      if (overlap(near.boxes[b], {item.low, item.high})) near.wanted[b] = 1;
+      if (!bodies[b].prescribed && overlap(near.boxes[b], {item.low, item.high}))
+        near.wanted[b] = 1;
   return near;
 }
 
@@ -371,7 +373,7 @@ std::vector<Task> tasks_of(const NearBodies& near, const Deformed& deformed,
   for (int b = 0; b < static_cast<int>(bodies.size()); ++b)
     for (int s = 0; s < static_cast<int>(surroundings.items().size()); ++s) {
       const Surroundings::Item& item = surroundings.items()[s];
-      if (near.wanted[b] && overlap(near.boxes[b], {item.low, item.high}))
+      if (near.wanted[b] && !bodies[b].prescribed && overlap(near.boxes[b], {item.low, item.high}))
         tasks.push_back({b, -1 - s, item.solid.get(), margin[b]});
     }
   return tasks;

@@ -30,8 +30,8 @@ void split_impulses(const GroupContacts& reachable, const std::vector<VecX>& rea
     const Vec3 slid = way(a, reaction[c.a], dt) - way(b, reaction[c.b], dt);
     const Vec3 moment = slid.cross(h * push->force);
     const double share = share_of_lever(c, a, b);
-    a.L += share * moment;
-    b.L += (1.0 - share) * moment;
+    if (!a.prescribed) a.L += share * moment;
+    if (!b.prescribed) b.L += (1.0 - share) * moment;
   }
 }
 

@@ -90,7 +90,7 @@ MatX Coupling::water_beside(std::size_t b, const MatX& H, CoupledBody& c) {
   c.flux = fluxes_[b];  // another couple() may need them
   MatX carried = carried_water(options_.grid, faces_[b], options_.hydrostatics.density,
                                PlacedInnerFlow(inner, surfaces_[b]), c.flux);
-  bound_carried_water(H, carried);
+  if (!surfaces_[b].body->prescribed) bound_carried_water(H, carried);
   return carried;
 }
 
@@ -117,6 +117,7 @@ void Coupling::add_carried_water(std::size_t b, const MatX& H, const MacField& u
     carried = std::move(v.fluid_mass);
     momentum = std::move(v.fluid_momentum);
   }
+  if (surfaces_[b].body->prescribed) return;
   const Eigen::LDLT<MatX> factor(H + carried);
   c.y_star = factor.solve(H * c.y_star + momentum);
   c.inverse_mass = factor.solve(MatX::Identity(dofs, dofs));

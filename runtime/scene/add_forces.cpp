@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "common/files/text_csv.h"
 #include "runtime/scene/random.h"
+#include "runtime/scene/timed_rows.h"
 
 namespace archetide {
 namespace {
@@ -51,34 +51,11 @@ void demand_effect(const ForceSpec& spec, const ActuationPattern& pattern,
           "use more modes, another direction or other points"}});
 }
 
-// Rows of t and some of fx .. tz.
 std::vector<ExternalLoad::Sample> read_samples(const ExternalSpec& spec) {
-  const TextTable table = read_text_csv(spec.csv);
-  const std::vector<std::string> columns = {"fx", "fy", "fz", "tx", "ty", "tz"};
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(
-        {{spec.csv_where, spec.csv + ": " + what,
-          "a table begins with a line of names: t and some of fx, fy, fz, tx, ty, tz"}});
-  };
-  bool any = false;
-  for (const std::string& name : table.names) {
-    const bool known = std::find(columns.begin(), columns.end(), name) != columns.end();
-    if (!known && name != "t") refuse("no column may be called \"" + name + "\"");
-    any = any || known;
-  }
-  if (!table.has("t") || !any || table.rows.empty()) refuse("it has no times, or no loads");
   std::vector<ExternalLoad::Sample> samples;
-  for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    VecX load = VecX::Zero(6);
-    for (std::size_t c = 0; c < columns.size(); ++c)
-      if (table.has(columns[c])) load[static_cast<long>(c)] = table.number(row, columns[c]);
-    const double t = table.number(row, "t");
-    if (!std::isfinite(t) || !load.allFinite())
-      refuse(fmt::format("line {} holds something that is no number", row + 2));
-    if (!samples.empty() && t <= samples.back().t)
-      refuse(fmt::format("line {}: times must ascend", row + 2));
-    samples.push_back({t, load.head<3>(), load.tail<3>()});
-  }
+  for (const TimedRow& row :
+       read_timed_rows(spec.csv, spec.csv_where, {"fx", "fy", "fz", "tx", "ty", "tz"}))
+    samples.push_back({row.t, row.values.head<3>(), row.values.tail<3>()});
   return samples;
 }
 
@@ -131,6 +108,11 @@ void add_external(const ExternalSpec& spec, BuiltScene& built) {
                      : read_samples(spec);
   load.start = spec.start, load.end = spec.end.value_or(INFINITY);
   for (const int b : bodies_called(spec.body, spec.body_where, built)) {
+    for (const PrescribedBody& told : built.prescribed)
+      if (told.body == b)
+        throw InputError(
+            {{spec.body_where, "\"" + spec.body + "\" is an obstacle that goes as its motion tells",
+              "remove the load, or the motion"}});
     load.body = b;
     built.loads.push_back(load);
   }

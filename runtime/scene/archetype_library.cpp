@@ -106,7 +106,10 @@ std::vector<std::string> scene_dependencies(const SceneSpec& scene,
   std::vector<std::string> files = {scene.file};
   for (const std::string& archetype : archetype_names(scene))
     files.push_back(library.path(archetype));
-  for (const StaticSpec& obstacle : scene.statics) files.push_back(obstacle.mesh);
+  for (const StaticSpec& obstacle : scene.statics) {
+    files.push_back(obstacle.mesh);
+    if (!obstacle.motion_csv.empty()) files.push_back(obstacle.motion_csv);
+  }
   for (const ScatterSpec& scatter : scene.scatters)
     if (!scatter.mesh.empty()) files.push_back(scatter.mesh);
   for (const ExternalSpec& load : scene.externals)

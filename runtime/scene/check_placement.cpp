@@ -27,7 +27,7 @@ class Placement {
     std::vector<Diagnostic> bad;
     const int count = static_cast<int>(built_.bodies.size());
     for (int b = 0; b < count; ++b) {
-      if (scene_.fluid) add_wall(b, bad);
+      if (scene_.fluid && !is_told(b)) add_wall(b, bad);
       for (int a = 0; a < b; ++a) add_overlap(a, b, bad);
     }
     return bad;
@@ -37,6 +37,12 @@ class Placement {
   void tie(int a, int b) { tied_.insert(std::minmax(a, b)); }
 
   const ReducedBody& body(int b) const { return built_.bodies[static_cast<std::size_t>(b)]; }
+
+  /// A [[static]] that moves: it goes through walls and others of its kind.
+  bool is_told(int b) const {
+    return std::any_of(built_.prescribed.begin(), built_.prescribed.end(),
+                       [&](const PrescribedBody& told) { return told.body == b; });
+  }
 
   std::string name(int b) const {
     return fmt::format("body {} ({})", b + 1, built_.body_names[static_cast<std::size_t>(b)]);
@@ -71,6 +77,7 @@ class Placement {
   void add_overlap(int a, int b, std::vector<Diagnostic>& bad) const {
     const auto release = [&](int n) { return built_.release[static_cast<std::size_t>(n)]; };
     if (release(a) > 0.0 || release(b) > 0.0 || tied_.count(std::minmax(a, b))) return;
+    if (is_told(a) && is_told(b)) return;
     const double cell = scene_.fluid ? built_.options.grid.dx : INFINITY;
     const double most = deepest_start(body(a), body(b), cell);
     const double found = overlap_depth(body(a), body(b));

@@ -232,6 +232,32 @@ ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& 
   return scatter;
 }
 
+constexpr double kMostTurn = 120.0;  // degrees from key to key: beyond, the way is not clear
+
+// How an obstacle goes: keys, or the name of a table.
+void parse_motion(const Section& s, const SceneSpec& scene, StaticSpec& obstacle, Complaints& bad) {
+  if (!s.has("motion")) return;
+  obstacle.motion_where = s.location("motion");
+  if (s.is_string("motion")) {
+    obstacle.motion_csv = resolved(scene, s.string("motion"));
+    return;
+  }
+  double degrees = 0.0;
+  for (const Section& key : s.sections("motion")) {
+    std::vector<MotionPath::Key>& keys = obstacle.motion.keys;
+    const double t = key.number("t");
+    if (!keys.empty() && t <= keys.back().t) bad.push_back(key.error("t", "times must ascend", ""));
+    const double before = degrees;
+    degrees = key.has("rotation") ? key.section("rotation").number("degrees") : 0.0;
+    if (!keys.empty() && std::abs(degrees - before) > kMostTurn)
+      bad.push_back(key.error("rotation", "a turn of more than 120 degrees since the last key",
+                              "give keys in between"));
+    keys.push_back({t, key.vec3("position"), parse_rotation(key, bad)});
+  }
+  if (obstacle.motion.keys.empty())
+    bad.push_back(s.error("motion", "it has no keys", "remove it: the obstacle stays"));
+}
+
 StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& bad) {
   StaticSpec obstacle;
   obstacle.where = s.location("mesh");
@@ -240,6 +266,7 @@ StaticSpec parse_static(const Section& s, const SceneSpec& scene, Complaints& ba
   obstacle.position = s.vec3("position");
   obstacle.rotation = parse_rotation(s, bad);
   obstacle.contact = parse_contact(s);
+  parse_motion(s, scene, obstacle, bad);
   return obstacle;
 }
 

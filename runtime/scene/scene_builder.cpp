@@ -13,6 +13,7 @@
 #include "common/archetype/mode_cluster.h"
 #include "runtime/cut_cells/resolution.h"
 #include "runtime/scene/add_forces.h"
+#include "runtime/scene/add_moving_obstacle.h"
 #include "runtime/scene/add_skins.h"
 #include "runtime/scene/check_placement.h"
 #include "runtime/scene/closed_mesh.h"
@@ -255,6 +256,8 @@ void sort_by_release(BuiltScene& built) {
     built.body_names[n] = before.body_names[order[n]];
     built.release[n] = before.release[order[n]];
   }
+  for (PrescribedBody& told : built.prescribed)
+    told.body = static_cast<int>(std::find(order.begin(), order.end(), told.body) - order.begin());
 }
 
 }  // namespace
@@ -363,10 +366,7 @@ ReducedBody instantiate(const BodySpec& spec, std::shared_ptr<const Archetype> a
   body.q_dot = VecX::Zero(body.r);
   body.position = spec.position;
   body.rotation = spec.rotation;
-  const Configuration rest{body.rotation, body.q, body.q_dot};
-  const ConfigurationTerms terms = configuration_terms(body, rest, ModalMass::kExact);
-  body.P = terms.mass * spec.velocity;
-  body.L = terms.inertia * spec.angular_velocity;
+  set_velocity(spec.velocity, spec.angular_velocity, body);
   return body;
 }
 
@@ -426,8 +426,11 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
     });
   for (const StaticSpec& spec : scene.statics) {
     collect([&] {
-      built.obstacles.push_back(build_obstacle(spec, built.options));
-      built.options.obstacles.push_back(contact_of(spec.contact, built.options));
+      TriMesh mesh = build_obstacle(spec, built.options);
+      const std::optional<ContactMaterial> contact = contact_of(spec.contact, built.options);
+      if (spec.moves()) return add_moving_obstacle(spec, mesh, contact, built);
+      built.obstacles.push_back(std::move(mesh));
+      built.options.obstacles.push_back(contact);
     });
   }
   if (bad.empty())
@@ -457,6 +460,7 @@ Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   simulation.set_actuators(std::move(built.actuators));
   simulation.set_external_loads(std::move(built.loads));
   simulation.set_springs(std::move(built.springs));
+  simulation.set_prescribed(std::move(built.prescribed));
   return simulation;
 }
 

@@ -15,15 +15,16 @@ namespace archetide {
 struct BuiltScene {
   SimulationOptions options;
   std::vector<ReducedBody> bodies;
-  std::vector<std::string> body_names;   // one per body
-  std::vector<double> release;           // one per body, ascending: when it appears, s
-  std::vector<TriMesh> obstacles;        // closed, outward, world frame
-  std::vector<Joint> joints;             // of [[body]]s, which stand before the scattered ones
-  std::vector<std::string> joint_names;  // one per joint
-  std::vector<Actuator> actuators;       // of [[force]]s
-  std::vector<ExternalLoad> loads;       // of [[external]]s
-  std::vector<Spring> springs;           // of [[spring]]s; of [[body]]s, as joints
-  std::vector<SkinnedBodies> skins;      // the same
+  std::vector<std::string> body_names;     // one per body
+  std::vector<double> release;             // one per body, ascending: when it appears, s
+  std::vector<TriMesh> obstacles;          // closed, outward, world frame
+  std::vector<Joint> joints;               // of [[body]]s, which stand before the scattered ones
+  std::vector<std::string> joint_names;    // one per joint
+  std::vector<Actuator> actuators;         // of [[force]]s
+  std::vector<ExternalLoad> loads;         // of [[external]]s
+  std::vector<Spring> springs;             // of [[spring]]s; of [[body]]s, as joints
+  std::vector<PrescribedBody> prescribed;  // [[static]]s that move; among the bodies of time 0
+  std::vector<SkinnedBodies> skins;        // the same
   std::vector<DeformationForecast> forecasts;  // one per archetype with modes
   std::vector<std::string> notes;              // what the user should know, a line each
 };

@@ -104,6 +104,10 @@ struct StaticSpec {
   Vec3 position = Vec3::Zero();  // of the mesh's origin, m
   Quat rotation = Quat::Identity();
   ContactSpec contact;
+  MotionPath motion;       // no keys: it stays, or ..
+  std::string motion_csv;  // .. a table tells them, path
+  SourceLocation motion_where;
+  bool moves() const { return !motion.keys.empty() || !motion_csv.empty(); }
 };
 
 /// One [[joint]]; its points are the union of what is given.

@@ -118,8 +118,9 @@ void move_nonlinear(const ReducedBody& body, const Configuration& at, const VecX
 }
 
 /// H without modes.
-GeneralisedMass rigid_mass(const ConfigurationTerms& terms) {
+GeneralisedMass rigid_mass(const ReducedBody& body, const ConfigurationTerms& terms) {
   GeneralisedMass H;
+  H.answers = !body.prescribed;
   H.mass = terms.mass;
   H.inertia = terms.inertia;
   H.inertia_inverse = terms.inertia_inverse;
@@ -128,6 +129,18 @@ GeneralisedMass rigid_mass(const ConfigurationTerms& terms) {
 
 double stage_length(double dt, Stage stage) {
   return stage == Stage::kPositionHalf ? 0.5 * dt : dt;
+}
+
+/// Eq. S8e: y* of a body that goes as it is told, which nothing changes.
+FreeMotion as_told(const ReducedBody& body, Stage stage, FreeMotion out) {
+  const PrescribedMotion& told = *body.prescribed;
+  out.H = rigid_mass(body, out.terms);
+  out.y_star.resize(6);
+  if (stage == Stage::kPositionHalf)
+    out.y_star << told.way, told.turn;
+  else
+    out.y_star << told.velocity, told.spin;
+  return out;
 }
 
 }  // namespace
@@ -154,6 +167,7 @@ VecX GeneralisedMass::apply(const VecX& y) const {
 
 // Eqs. 10 and 34: H⁻¹ f, H = diag(m 1, I, M̂). With J on both sides it is K_λ of Eq. 43.
 VecX GeneralisedMass::solve(const VecX& f) const {
+  if (!answers) return VecX::Zero(size());
   VecX y(size());
   y.head<3>() = f.head<3>() / mass;
   y.segment<3>(3) = inertia_inverse * f.segment<3>(3);
@@ -174,6 +188,7 @@ MatX GeneralisedMass::dense() const {
 MatX GeneralisedMass::inverse() const {
   ARCHETIDE_CHECK(!nodal);
   MatX m = MatX::Zero(size(), size());
+  if (!answers) return m;
   m.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / mass);
   m.block<3, 3>(3, 3) = inertia_inverse;
   const auto r = M_hat.rows();
@@ -184,7 +199,7 @@ MatX GeneralisedMass::inverse() const {
 // Eq. S5.
 GeneralisedMass generalised_mass(const ReducedBody& body, const ConfigurationTerms& terms,
                                  double dt, Stage stage, ModalStep step) {
-  GeneralisedMass H = rigid_mass(terms);
+  GeneralisedMass H = rigid_mass(body, terms);
   if (body.nodes) {
     H.nodal = nodal_mass(body, terms, implicit_length(dt, stage, step));
     return H;
@@ -206,6 +221,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
     out.y_star = generalised_velocity(body, out.terms);
     return out;
   }
+  if (body.prescribed) return as_told(body, stage, std::move(out));
   const double h = stage_length(dt, stage);
 
   // Eqs. 26 and 28: momenta change by the impulse of external forces alone
@@ -215,7 +231,7 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
 
   if (nonlinear) {
     out.load_stiffness = load_stiffness;
-    out.H = rigid_mass(out.terms);
+    out.H = rigid_mass(body, out.terms);
     out.y_star = VecX::Zero(body.dofs());
     out.y_star.head<3>() = momentum.head<3>() / out.H.mass;
     out.y_star.segment<3>(3) = out.H.inertia_inverse * momentum.segment<3>(3);
@@ -244,8 +260,16 @@ FreeMotion free_motion(const ReducedBody& body, const Configuration& at, const V
   return out;
 }
 
+void set_velocity(const Vec3& v, const Vec3& w, ReducedBody& body) {
+  const ConfigurationTerms terms =
+      configuration_terms(body, current_configuration(body), ModalMass::kExact);
+  body.P = terms.mass * v;
+  body.L = terms.inertia * w;
+}
+
 // Eqs. 39 and 40 as momenta.
 void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L) {
+  if (body.prescribed) return set_velocity(y.head<3>(), y.segment<3>(3), body);
   body.P += delta_P;
   body.L += delta_L;
   body.q_dot = y.tail(body.r);

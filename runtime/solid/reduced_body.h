@@ -8,6 +8,7 @@
 
 #include "common/archetype/archetype.h"
 #include "runtime/solid/contact_material.h"
+#include "runtime/solid/prescribed_motion.h"
 #include "runtime/solid/shape_correction.h"
 
 namespace archetide {
@@ -48,6 +49,9 @@ struct ReducedBody {
   // Of its archetype, the surface that water and contacts meet; null: the body's own.
   const SurfaceRung* rung = nullptr;
   std::optional<ContactMaterial> contact = std::nullopt;  // absent: that of the scene
+  // It goes as it is told, whatever pushes it: a rigid body that answers nothing (S8e), whose P and L
+  // only say how fast it is; null: by its momenta.
+  std::shared_ptr<const PrescribedMotion> prescribed = nullptr;
   KeptShapes kept_shapes = {};
 
   int dofs() const { return 6 + r; }
@@ -134,8 +138,10 @@ VecX elastic_force(const ReducedBody& body, const VecX& q);
 /// r entries; a particle at moment arm x moves with v + w x x + B q_dot. M_hat (Eq. 31) is
 ///   M_q + dt/2 C + dt^2/4 K  (trapezoid, both stages),
 ///   M_q + h C + h^2 K        (backward Euler; h is dt/2 in the position stage, else dt).
+/// Of a body that goes as it is told H^-1 = 0 (S8e).
 struct GeneralisedMass {
   double mass = 0.0;
+  bool answers = true;  // false: H^-1 = 0
   Mat3 inertia, inertia_inverse;
   MatX M_hat;                              // r x r; a body of nodes has ..
   Eigen::LDLT<MatX> M_hat_factor{MatX()};  // begins defined: it is copied without modes, too
@@ -224,8 +230,10 @@ Configuration advance_pose(ReducedBody& body, const FreeMotion& stage, const Vec
 VecX corrected_modes(const ReducedBody& body, const Configuration& middle, const VecX& q_dot,
                      double dt);
 
+/// P = m v and L = I w, m/s and rad/s, at the body's pose; modes stay as they are.
+void set_velocity(const Vec3& v, const Vec3& w, ReducedBody& body);
 /// Takes y of the velocity stage into P, L, q_dot. P and L change by exactly dt force + impulse,
-/// not through H.
+/// not through H; of a body that goes as it is told they become those of its velocity.
 void accept_velocity(ReducedBody& body, const VecX& y, const Vec3& delta_P, const Vec3& delta_L);
 
 /// The modal part of a stage of a nonlinear body (docs/method.md, S13 and S14), in which the mean

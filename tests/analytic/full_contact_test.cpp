@@ -39,12 +39,6 @@ const Blobs& with_all_modes() {
   return blobs;
 }
 
-void set_velocity(const Vec3& v, const Vec3& spin, ReducedBody& body) {
-  const ConfigurationTerms t =
-      configuration_terms(body, current_configuration(body), ModalMass::kExact);
-  body.P = t.mass * v, body.L = t.inertia * spin;
-}
-
 /// Two that fly at each other out of line, spinning.
 std::vector<ReducedBody> colliding(Kind a, Kind b) {
   const Blobs& blobs = with_all_modes();

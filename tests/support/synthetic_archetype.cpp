@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "common/archetype/rigid_archetype.h"
 #include "common/base/check.h"
 
 namespace archetide {
@@ -121,19 +122,8 @@ MomentumIntegrals direct_integrals(const std::vector<Vec3>& nodes, const MatX& s
 }  // namespace
 
 std::shared_ptr<const Archetype> rigid_surface_archetype(const TriMesh& surface, double density) {
-  auto a = std::make_shared<Archetype>();
+  auto a = std::make_shared<Archetype>(rigid_archetype("rigid", surface, density));
   fill_provenance(*a, "rigid", density);
-  a->surface = surface;
-  a->centre = enclosed_centroid(surface);
-  for (Vec3& x : a->surface.vertices) x -= a->centre;
-  fill_surface_samples(*a);
-  a->volume = enclosed_volume(a->surface);
-  a->integrals.mass = density * a->volume;
-  a->integrals.Sxx = density * enclosed_second_moment(a->surface);
-  a->surface_modes.resize(3 * static_cast<long>(surface.vertices.size()), 0);
-  a->surface_to_node.resize(surface.vertices.size());
-  for (std::size_t v = 0; v < surface.vertices.size(); ++v)
-    a->surface_to_node[v] = static_cast<int>(v);
   return a;
 }
 

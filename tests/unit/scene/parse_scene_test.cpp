@@ -96,6 +96,12 @@ contact = { restitution = 0.1, friction = 0.7 }
 scale = 2.0
 position = [1, 1, 1]
 rotation = { axis = [1, 0, 0], degrees = 180 }
+[[static]]
+mesh = "paddle.obj"
+motion = [{ t = 0.5 }, { t = 1, position = [0, 0, 2], rotation = { axis = [0, 0, 1], degrees = 90 } }]
+[[static]]
+mesh = "paddle.obj"
+motion = "way.csv"
 [[joint]]
 bodies = ["first", "world"]
 points = [[0.1, 0, 0], [0, 0.2, 0]]
@@ -438,6 +444,27 @@ TEST(ParseScene, ExternalLoadsAreConstantOrATable) {
   expect_contains(complaint(head + "force = [1, 0, 0]\ncsv = \"a.csv\"\n"), "in the table already");
   expect_contains(complaint(head + "force = [1, 0, 0]\nstart = 2\nend = 1\n"),
                   "ends before it starts");
+}
+
+TEST(ParseScene, ObstaclesMayMove) {
+  const std::vector<StaticSpec> all = parse(kEverything).statics;
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_FALSE(all[0].moves());
+  ASSERT_EQ(all[1].motion.keys.size(), 2u);
+  EXPECT_EQ(all[1].motion.keys[0].t, 0.5);
+  EXPECT_EQ(all[1].motion.keys[0].shift, Vec3::Zero());
+  EXPECT_EQ(all[1].motion.keys[1].shift, Vec3(0, 0, 2));
+  EXPECT_NEAR((all[1].motion.keys[1].turn * Vec3(1, 0, 0) - Vec3(0, 1, 0)).norm(), 0.0, 1e-15);
+  EXPECT_EQ(all[2].motion_csv, "dir/way.csv");
+  const std::string head = "[[static]]\nmesh = \"a.obj\"\nmotion = ";
+  expect_contains(complaint(head + "[{ t = 1 }, { t = 1 }]\n"), "times must ascend");
+  expect_contains(complaint(head + "[]\n"), "it has no keys");
+  expect_contains(complaint(head + "[{ position = [0, 0, 1] }]\n"),
+                  "missing key 'static[0].motion[0].t'");
+  expect_contains(complaint(head + "3\n"), "expected list of tables or string");
+  expect_contains(complaint(head + "[{ t = 0 }, { t = 1, rotation = { axis = [0, 0, 1], degrees = "
+                                   "360 } }]\n"),
+                  "more than 120 degrees");
 }
 
 TEST(ParseScene, SpringsTieTwoPoints) {

@@ -174,7 +174,7 @@ TEST_F(BuildScene, ExternalLoadsComeFromTheFileOrATable) {
   expect_contains(wrong("t,fz\n0,1\n0,2\n"), "line 3: times must ascend");
   expect_contains(wrong("t,fz\n0,one\n"), "line 2 holds something that is no number");
   expect_contains(wrong("t,fq\n0,1\n"), "no column may be called \"fq\"");
-  expect_contains(wrong("t\n0\n"), "no loads");
+  expect_contains(wrong("t\n0\n"), "no values");
   expect_contains(
       message_of<InputError>([&] { build(body + "body = \"stune\"\nforce = [1, 0, 0]\n"); }),
       "did you mean \"stone\"?");
@@ -429,6 +429,46 @@ TEST_F(BuildScene, StaticsArePlacedAndMustBeClosed) {
   expect_contains(message_of<InputError>([&] { build("[[static]]\nmesh = \"odd.obj\"\n"); }),
                   "odd.obj:2:");
   EXPECT_THROW(build("[[static]]\nmesh = \"gone.obj\"\n"), FileError);
+}
+
+TEST_F(BuildScene, ObstaclesThatMoveAreBodies) {
+  folder_.write("t.obj",
+                "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  const std::string later =
+      "[[scatter]]\narchetype = \"tetra\"\ncount = 2\nbox = [[5, 5, 5], [9, 9, 9]]\n"
+      "waves = { count = 2, every = 1 }\n[[static]]\nmesh = \"t.obj\"\nscale = 2\n"
+      "position = [0, 0, 3]\n";
+  const BuiltScene still = build(later);
+  EXPECT_EQ(still.obstacles.size(), 1u);
+  EXPECT_TRUE(still.prescribed.empty());
+  const BuiltScene built = build(later + "motion = [{ t = 0 }, { t = 1, position = [1, 0, 0] }]\n");
+  EXPECT_TRUE(built.obstacles.empty());
+  ASSERT_EQ(built.prescribed.size(), 1u);
+  const PrescribedBody& told = built.prescribed[0];
+  ASSERT_EQ(told.body, 1);  // between the first wave and the second
+  EXPECT_EQ(built.body_names[1], "t");
+  EXPECT_EQ(built.bodies[1].r, 0);
+  EXPECT_NEAR((told.at(0.0).position - Vec3(0.5, 0.5, 3.5)).norm(), 0.0, 1e-14);
+  EXPECT_NEAR((told.at(1.0).position - Vec3(1.5, 0.5, 3.5)).norm(), 0.0, 1e-14);
+
+  folder_.write("way.csv", "t,z,qw,qz\n0,0,1,0\n2,4,1,1\n");
+  const BuiltScene table = build(later + "motion = \"way.csv\"\n");
+  const PrescribedBody::Pose end = table.prescribed.at(0).at(2.0);
+  EXPECT_NEAR((end.position - Vec3(-0.5, 0.5, 7.5)).norm(), 0.0, 1e-14);  // a quarter turn
+  EXPECT_NE(table.bodies[1].archetype->content_hash, built.bodies[1].archetype->content_hash);
+  folder_.write("way.csv", "t,z,vx\n0,0,1\n");
+  expect_contains(message_of<InputError>([&] { build(later + "motion = \"way.csv\"\n"); }),
+                  "no column may be called \"vx\"");
+  expect_contains(message_of<InputError>([&] {
+                    build(later +
+                          "motion = [{ t = 0 }]\n[[external]]\nbody = \"t\"\n"
+                          "force = [1, 0, 0]\n");
+                  }),
+                  "goes as its motion tells");
+  expect_contains(message_of<InputError>([&] {
+                    build("[step]\nscheme = \"single\"\n" + later + "motion = [{ t = 0 }]\n");
+                  }),
+                  "obstacles do not move with step.scheme = \"single\"");
 }
 
 TEST_F(BuildScene, DensitiesOfNoMatterAreRefused) {
