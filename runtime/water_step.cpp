@@ -309,6 +309,7 @@ void WaterStep::prepare(const Coupling& coupling) {
   residual_.resize(g.nx, g.ny, g.nz, 0.0);
   measure_held(g, fluid_.phi, coupling.solids().cell, held_, residual_);
   residual_.fill(0.0);
+  mark_deep_faces(g, fluid_.phi, deep_);
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
@@ -321,7 +322,8 @@ void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
 // Continues a velocity, and the push of its solve, from the faces that were solved for.
 void WaterStep::extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields) {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
-  extrapolate_velocity(fields, valid_, layers);
+  const InSolidsUnderWater in_solids{deep_, coupling.open()};
+  extrapolate_velocity(fields, valid_, layers, &in_solids);
   for (MacField* u : fields) {
     keep_behind_walls(coupling.obstacle_walls(), *u);
     close_sides(grid_, open_side_, *u);
@@ -407,6 +409,7 @@ void WaterStep::advect_to_end(double dt) {
   follow(At::kSurfaceMoved, At::kAdvected);
   const Grid& g = grid_;
   mark_water_faces(g, fluid_.phi, target_);
+  mark_deep_faces(g, fluid_.phi, deep_);
   if (single()) {
     // The push of the last solve is used as that of a half step.
     const double share = last_dt_ > 0.0 ? dt / (2.0 * last_dt_) : 0.0;
@@ -424,7 +427,6 @@ void WaterStep::advect_to_end(double dt) {
   }
   // Without gravity there is no measure for what an impact is beside a vortex in still water.
   const double usual = options_.gravity.norm() > 0.0 ? usual_acceleration(dt) * 0.5 * dt : 0.0;
-  mark_deep_faces(g, fluid_.phi, deep_);
   const Reflection reflection = {push_, usual, deep_};
   start_reflection(fluid_.u, 0.5, reflection, valid_, u_half_, carrier_);  // (dt/4) / (dt/2)
   advect_velocity(g, carrier_, u_half_, 0.5 * dt, valid_, target_, u_star_);
@@ -594,6 +596,7 @@ void WaterStep::visit_state(StateArchive& a) {
       {narrow_.axis.size(), narrow_.face.size(), narrow_.open.size(), narrow_.excess.size()});
   demand_faces(a, "water/narrow_face", fluid_.u, narrow_.axis, narrow_.face);
   grid_field(a, "water/phi", fluid_.phi);
+  if (a.reading()) mark_deep_faces(grid_, fluid_.phi, deep_);
   grid_field(a, "water/held", held_);
   grid_field(a, "water/residual", residual_);
   grid_field(a, "water/valid", valid_);
@@ -631,6 +634,7 @@ void WaterStep::restore(const Memory& before) {
   outflow_ = before.outflow;
   valid_ = before.valid;
   last_dt_ = 0.0;
+  mark_deep_faces(grid_, fluid_.phi, deep_);
 }
 
 }  // namespace archetide

@@ -6,13 +6,26 @@
 
 namespace archetide {
 
+/// Where slopes are believed more easily: faces that solids cut or close (open < 1), of those marked in
+/// `deep`, well under the surface [D91].
+struct InSolidsUnderWater {
+  const FaceField<unsigned char>& deep;
+  const FaceField<double>& open;  // of each face, 1
+
+  bool operator()(int axis, int face) const {
+    return deep[axis].data()[face] != 0 && open[axis].data()[face] < 1.0;
+  }
+};
+
 /// Continues fields of face velocities from valid faces (valid == 1, of all fields) into invalid
 /// ones, layer by layer: every new face takes the mean over its valid face neighbours of the layers
 /// before, each continued by its slope in the first two layers (the smaller of the last two slopes,
-/// 0 where the last three are not alike) [D23]. On return valid is 1 on the faces that were valid,
-/// 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
+/// 0 where the last three are not alike) [D23]. In solids under water (null: none are told) beside at
+/// least five valid faces in a row, no gap, it is the last slope, at most twice the one before it, 0
+/// where they differ in sign. On return valid is 1 on
+/// the faces that were valid, 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsigned char>& valid,
-                          int layers);
+                          int layers, const InSolidsUnderWater* solids = nullptr);
 
 /// Continues the free surface into the cells with solid != 0 beside which it stands, up to `layers`
 /// cells deep: a sheet of phi along the surface, linear from the open cells next to it. Nothing

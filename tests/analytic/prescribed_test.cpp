@@ -105,7 +105,7 @@ TEST(Prescribed, DoesTheWorkThatTheWaterGets) {
 }
 
 // An ideal fluid does not hold up a ball that is drawn through it at one speed (d'Alembert); what does
-// is the method's own error. Measured, 3.6 and 7.2 cells a radius: 0.082 and 0.030 of the dynamic
+// is the method's own error. Measured, 3.6 and 7.2 cells a radius: 0.048 and 0.012 of the dynamic
 // pressure times the section, where a real ball has about 0.4.
 TEST(Prescribed, IsHardlyHeldUpByAnIdealFluid) {
   const double radius = 0.15, speed = 0.5, from = 0.4, to = 0.8;

