@@ -127,7 +127,7 @@ TEST(Prescribed, IsHardlyHeldUpByAnIdealFluid) {
     const double v = speed * std::hypot(1.0, 0.2), way = v * (to - from);
     const double drag = lost / way / (500.0 * v * v * M_PI * radius * radius);
     std::printf("measured: %.1f cells a radius: drag coefficient %.4f\n", n * radius, drag);
-    EXPECT_LT(std::abs(drag), n == 24 ? 0.25 : 0.1);
+    EXPECT_LT(std::abs(drag), n == 24 ? 0.14 : 0.036);
     EXPECT_LT(drag, 0.6 * before);
     before = drag;
   }
