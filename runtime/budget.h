@@ -21,10 +21,10 @@ struct Budget {
   // of the pressure on the tank's sides, the obstacles and bodies that go as they are told, hydrostatic
   // as well
   Impulse solids;
-  Impulse weight;               // of gravity on water, drops and bodies
-  Impulse contact;              // of contacts and joints with what stands still
-  Impulse external;             // of external loads and springs
-  Impulse unmatched;            // Coupling::unmatched_impulse()
+  Impulse weight;     // of gravity on water, drops and bodies
+  Impulse contact;    // of contacts and joints with what stands still or goes as it is told
+  Impulse external;   // of external loads and springs
+  Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J
   double slowed_energy = 0.0;   // that step.outrun has taken (<= 0), J

@@ -121,6 +121,11 @@ void collect_scalars(const ParamNode& v, std::vector<const ParamNode*>& out) {
   }
 }
 
+// Whether the items of a value of this type are tables.
+bool holds_tables(KeyType type) {
+  return type == KeyType::kTables || type == KeyType::kTablesOrString;
+}
+
 bool is_number_type(KeyType type) {
   return type != KeyType::kString && type != KeyType::kStrings && type != KeyType::kBool;
 }
@@ -183,7 +188,7 @@ class Checker {
     found_.insert(found_.end(), bad.begin(), bad.end());
     if (!bad.empty()) return;
     if (key->type == KeyType::kTable) check_table(value, key->path, entry);
-    if (key->type != KeyType::kTables && key->type != KeyType::kTablesOrString) return;
+    if (!holds_tables(key->type)) return;
     for (std::size_t n = 0; n < value.items.size(); ++n) {
       check_table(value.items[n], key->path, fmt::format("{}[{}]", entry, n));
     }
@@ -301,9 +306,7 @@ std::vector<Diagnostic> check_value(const Key& key, const ParamNode& value,
     return {{value.where, shown + ": " + describe(value) + " has the wrong type", wanted(key)}};
   }
   std::vector<Diagnostic> found;
-  if (key.type == KeyType::kTable || key.type == KeyType::kTables ||
-      key.type == KeyType::kTablesOrString)
-    return found;
+  if (key.type == KeyType::kTable || holds_tables(key.type)) return found;
   std::vector<const ParamNode*> scalars;
   collect_scalars(value, scalars);
   for (const ParamNode* scalar : scalars) {

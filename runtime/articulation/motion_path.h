@@ -6,6 +6,9 @@
 
 namespace archetide {
 
+/// From key to key, rad: 120 degrees, and round-off. Beyond, the way is not clear.
+constexpr double kMostTurn = 2.0944;
+
 /// A rigid motion over time (docs/method.md, S8e): cubic between its keys, at rest before the first and
 /// after the last. Velocities at the keys between are those of the parabola through a key and its
 /// neighbours; turns are quaternions that are interpolated so and made unit.
@@ -21,7 +24,7 @@ struct MotionPath {
     Vec3 velocity = Vec3::Zero();  // d shift / dt, m/s
     Vec3 spin = Vec3::Zero();      // of the turn, world frame, rad/s
   };
-  std::vector<Key> keys;  // ascending, at least one
+  std::vector<Key> keys;  // ascending, at least one, apart by at most kMostTurn
 
   /// At time t (s).
   State at(double t) const;

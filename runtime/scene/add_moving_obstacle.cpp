@@ -1,5 +1,8 @@
 #include "runtime/scene/add_moving_obstacle.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 
@@ -13,11 +16,23 @@ namespace {
 
 MotionPath read_path(const StaticSpec& spec) {
   if (spec.motion_csv.empty()) return spec.motion;
+  const std::vector<TimedRow> rows =
+      read_timed_rows(spec.motion_csv, spec.motion_where, {"x", "y", "z", "qw", "qx", "qy", "qz"});
+  const auto turns = [](const TimedRow& row) { return !row.values.tail<4>().isZero(0.0); };
+  const bool any_turns = std::any_of(rows.begin(), rows.end(), turns);
+  const auto refuse = [&](const TimedRow& row, const std::string& what, const std::string& hint) {
+    throw InputError({{spec.motion_where,
+                       fmt::format("{}: at t = {}: {}", spec.motion_csv, row.t, what), hint}});
+  };
   MotionPath path;
-  for (const TimedRow& row : read_timed_rows(spec.motion_csv, spec.motion_where,
-                                             {"x", "y", "z", "qw", "qx", "qy", "qz"})) {
+  for (const TimedRow& row : rows) {
+    Quat turn = Quat::Identity();
+    if (any_turns && !turns(row))
+      refuse(row, "a quaternion of length 0", "no turn is qw = 1, or leave out all four columns");
     const auto q = row.values.tail<4>();
-    const Quat turn = q.isZero(0.0) ? Quat::Identity() : Quat(q[0], q[1], q[2], q[3]).normalized();
+    if (any_turns) turn = Quat(q[0], q[1], q[2], q[3]).normalized();
+    if (!path.keys.empty() && turn.angularDistance(path.keys.back().turn) > kMostTurn)
+      refuse(row, "a turn of more than 120 degrees since the last row", "give rows in between");
     path.keys.push_back({row.t, row.values.head<3>(), turn});
   }
   return path;

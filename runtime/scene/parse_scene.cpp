@@ -15,6 +15,8 @@
 namespace archetide {
 namespace {
 
+constexpr double kDegree = std::numbers::pi / 180.0;  // rad
+
 using Complaints = std::vector<Diagnostic>;
 
 std::optional<double> optional_number(const Section& s, const std::string& path) {
@@ -150,7 +152,7 @@ Quat parse_rotation(const Section& s, Complaints& bad) {
   if (!s.has("rotation")) return Quat::Identity();
   const Section rotation = s.section("rotation");
   const Vec3 axis = rotation.vec3("axis");
-  const double angle = rotation.number("degrees") * std::numbers::pi / 180.0;
+  const double angle = rotation.number("degrees") * kDegree;
   if (axis.norm() > 0.0) return Quat(Eigen::AngleAxisd(angle, axis.normalized()));
   bad.push_back(rotation.error("axis", "the axis has no length", ""));
   return Quat::Identity();
@@ -232,8 +234,6 @@ ScatterSpec parse_scatter(const Section& s, const SceneSpec& scene, Complaints& 
   return scatter;
 }
 
-constexpr double kMostTurn = 120.0;  // degrees from key to key: beyond, the way is not clear
-
 // How an obstacle goes: keys, or the name of a table.
 void parse_motion(const Section& s, const SceneSpec& scene, StaticSpec& obstacle, Complaints& bad) {
   if (!s.has("motion")) return;
@@ -249,7 +249,7 @@ void parse_motion(const Section& s, const SceneSpec& scene, StaticSpec& obstacle
     if (!keys.empty() && t <= keys.back().t) bad.push_back(key.error("t", "times must ascend", ""));
     const double before = degrees;
     degrees = key.has("rotation") ? key.section("rotation").number("degrees") : 0.0;
-    if (!keys.empty() && std::abs(degrees - before) > kMostTurn)
+    if (!keys.empty() && std::abs(degrees - before) * kDegree > kMostTurn)
       bad.push_back(key.error("rotation", "a turn of more than 120 degrees since the last key",
                               "give keys in between"));
     keys.push_back({t, key.vec3("position"), parse_rotation(key, bad)});
@@ -370,7 +370,7 @@ ForceSpec parse_force(const Section& s, Complaints& bad) {
   force.direction = parse_direction(s, bad);
   force.amplitude = s.number("amplitude");
   force.period = s.number("period");
-  force.phase = s.number("phase") * std::numbers::pi / 180.0;
+  force.phase = s.number("phase") * kDegree;
   force.random_phases = s.string("phases") == "random";
   force.seed = static_cast<unsigned>(s.integer("seed"));
   force.balanced = s.string("balance") == "points";

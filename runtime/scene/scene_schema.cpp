@@ -736,9 +736,8 @@ Keys result_keys() {
            .range = above(0),
            .fallback = "absent",
            .meaning = "the same when kinetic, elastic and potential energy together have gained, "
-                      "beyond the work of actuators, loads and springs, this part of the largest "
-                      "kinetic and elastic "
-                      "energy so far"},
+                      "beyond the work of actuators, loads, springs and obstacles that move, "
+                      "this part of the largest kinetic and elastic energy so far"},
           {.path = "limits.step",
            .unit = "s",
            .range = above(0),

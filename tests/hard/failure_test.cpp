@@ -5,6 +5,7 @@
 
 #include "runtime/failure.h"
 #include "runtime/scene/limits.h"
+#include "tests/hard/hard_case.h"
 #include "tests/support/dry_body.h"
 #include "tests/support/synthetic_archetype.h"
 

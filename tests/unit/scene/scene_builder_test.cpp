@@ -456,9 +456,15 @@ TEST_F(BuildScene, ObstaclesThatMoveAreBodies) {
   const PrescribedBody::Pose end = table.prescribed.at(0).at(2.0);
   EXPECT_NEAR((end.position - Vec3(-0.5, 0.5, 7.5)).norm(), 0.0, 1e-14);  // a quarter turn
   EXPECT_NE(table.bodies[1].archetype->content_hash, built.bodies[1].archetype->content_hash);
-  folder_.write("way.csv", "t,z,vx\n0,0,1\n");
-  expect_contains(message_of<InputError>([&] { build(later + "motion = \"way.csv\"\n"); }),
-                  "no column may be called \"vx\"");
+  const std::pair<const char*, const char*> bad_tables[] = {
+      {"t,z,vx\n0,0,1\n", "no column may be called \"vx\""},
+      {"t,qw,qz\n0,1,0\n1,0,0\n", "at t = 1: a quaternion of length 0"},
+      {"t,qw,qz\n0,1,0\n2,1,1\n3,-1,2\n", "at t = 3: a turn of more than 120 degrees"}};
+  for (const auto& [rows, message] : bad_tables) {
+    folder_.write("way.csv", rows);
+    expect_contains(message_of<InputError>([&] { build(later + "motion = \"way.csv\"\n"); }),
+                    message);
+  }
   expect_contains(message_of<InputError>([&] {
                     build(later +
                           "motion = [{ t = 0 }]\n[[external]]\nbody = \"t\"\n"
