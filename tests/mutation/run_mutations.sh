@@ -10,7 +10,22 @@ copy=$out/source table=$out/mutations.txt
 cd "$copy" || exit 1
 git checkout -q -- . || exit 1
 [ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
-cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || exit 1
+cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || {
+  echo "mutations: the source does not compile: $out/build.log" >&2
+  exit 1
+}
+tests() {
+  OMP_WAIT_POLICY=passive timeout 1800 ctest --test-dir build -L fast ${TESTS:+-R "$TESTS"} --stop-on-failure \
+    -j"${JOBS:-2}" >"$out/test.log" 2>&1
+}
+
+# A test that fails anyway would kill every change.
+sound=$out/sound.$(git rev-parse HEAD)
+[ -e "$sound" ] || tests || {
+  echo "mutations: the tests fail before anything is changed: $out/test.log" >&2
+  exit 1
+}
+: >"$sound"
 
 # Every change that can be made, one a line: file, line, what, the new text.
 changes() {
@@ -42,8 +57,7 @@ while IFS='	' read -r file line what text; do
   if ! cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1; then
     result=stillborn
   else
-    OMP_WAIT_POLICY=passive timeout 1800 ctest --test-dir build -L fast ${TESTS:+-R "$TESTS"} --stop-on-failure \
-      -j"${JOBS:-2}" >"$out/test.log" 2>&1
+    tests
     case $? in 0) result=SURVIVED;; 124) result=slow;; *) result=killed;; esac
   fi
   printf '%s.%s\t%s\t%s:%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" | tee -a "$table"
