@@ -21,11 +21,11 @@ tests() {
 
 # A test that fails anyway would kill every change.
 sound=$out/sound.$(git rev-parse HEAD)
-[ -e "$sound" ] || tests || {
+[ -z "$TESTS" ] && [ -e "$sound" ] || tests || {
   echo "mutations: the tests fail before anything is changed: $out/test.log" >&2
   exit 1
 }
-: >"$sound"
+[ -n "$TESTS" ] || : >"$sound"
 
 # Every change that can be made, one a line: file, line, what, the new text.
 changes() {
