@@ -13,7 +13,7 @@ namespace archetide {
 /// (of the first step's end on):
 ///   P, L   = those of the start + solids + weight + external + contact + transported + unmatched
 ///   energy = that of the start + transported + contact + drag + slowed + held + solved + the work
-///            of actuators, external loads, springs and bodies that go as they are told
+///            of actuators, external loads, springs, motors and bodies that go as they are told
 struct Budget {
   // what moving the water through the grid has changed (P and L: with fluid.drag and step.outrun),
   // and moving the bodies (L = x times P)
@@ -23,7 +23,7 @@ struct Budget {
   Impulse solids;
   Impulse weight;     // of gravity on water, drops and bodies
   Impulse contact;    // of contacts and joints with what stands still or goes as it is told
-  Impulse external;   // of external loads and springs
+  Impulse external;   // of external loads, springs and motors
   Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J

@@ -35,16 +35,22 @@ std::vector<VecX> driving_forces(const SimulationState& s, double dt,
     if (spring.b >= 0) begin(spring.b);
     add_spring_force(spring, placed, s.options.modal.mass, force);
   }
+  for (const Motor& motor : s.motors) {
+    begin(motor.a);
+    if (motor.b >= 0) begin(motor.b);
+    add_motor_torque(motor, t, dt, placed, s.options.modal.mass, force);
+  }
   return force;
 }
 
 bool is_driven(const SimulationState& s, std::size_t b) {
   const int n = static_cast<int>(b);
   const auto on_it = [&](const auto& item) { return item.body == n; };
-  const auto holds_it = [&](const Spring& spring) { return spring.a == n || spring.b == n; };
+  const auto holds_it = [&](const auto& item) { return item.a == n || item.b == n; };
   return std::any_of(s.actuators.begin(), s.actuators.end(), on_it) ||
          std::any_of(s.loads.begin(), s.loads.end(), on_it) ||
-         std::any_of(s.springs.begin(), s.springs.end(), holds_it);
+         std::any_of(s.springs.begin(), s.springs.end(), holds_it) ||
+         std::any_of(s.motors.begin(), s.motors.end(), holds_it);
 }
 
 double stable_with_springs(const SimulationState& s, double dt) {

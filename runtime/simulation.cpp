@@ -152,6 +152,8 @@ void Simulation::set_external_loads(std::vector<ExternalLoad> loads) {
 
 void Simulation::set_springs(std::vector<Spring> springs) { state_->springs = std::move(springs); }
 
+void Simulation::set_motors(std::vector<Motor> motors) { state_->motors = std::move(motors); }
+
 void Simulation::set_prescribed(std::vector<PrescribedBody> bodies) {
   ARCHETIDE_CHECK(bodies.empty() || state_->options.scheme == Scheme::kNewmark);
   for (const PrescribedBody& told : bodies) {

@@ -9,6 +9,7 @@
 #include "runtime/articulation/actuation.h"
 #include "runtime/articulation/external_load.h"
 #include "runtime/articulation/motion_path.h"
+#include "runtime/articulation/motor.h"
 #include "runtime/articulation/spring.h"
 #include "runtime/fluid/fluid_state.h"
 #include "runtime/options.h"
@@ -36,6 +37,7 @@ class Simulation {
   void set_actuators(std::vector<Actuator> actuators);
   void set_external_loads(std::vector<ExternalLoad> loads);
   void set_springs(std::vector<Spring> springs);
+  void set_motors(std::vector<Motor> motors);
   /// Bodies that go as they are told, of those of time 0, rigid; two solves a step.
   void set_prescribed(std::vector<PrescribedBody> bodies);
 

@@ -9,6 +9,7 @@
 #include "runtime/articulation/actuation.h"
 #include "runtime/articulation/external_load.h"
 #include "runtime/articulation/motion_path.h"
+#include "runtime/articulation/motor.h"
 #include "runtime/articulation/spring.h"
 #include "runtime/budget.h"
 #include "runtime/contact/body_contacts.h"
@@ -43,6 +44,7 @@ struct SimulationState {
   std::vector<Actuator> actuators;
   std::vector<ExternalLoad> loads;
   std::vector<Spring> springs;
+  std::vector<Motor> motors;
   std::vector<PrescribedBody> prescribed;
   WaterStep water;
   Coupling coupling;
@@ -56,7 +58,7 @@ struct SimulationState {
   std::vector<ReducedBody> half_way;
   std::vector<ReducedBody> last_solved;  // as the last solve saw them (Scheme::kSingle)
   std::int64_t step_count = 0;
-  // Of actuators, external loads, springs and bodies that go as they are told, since the start, J.
+  // Of actuators, external loads, springs, motors and bodies that go as they are told, since the start, J.
   double actuation_work = 0.0;
   BudgetKeeper budget;
   Profile profile;  // wall seconds by phase

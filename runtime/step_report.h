@@ -41,7 +41,7 @@ struct StepReport {
   Vec3 body_momentum = Vec3::Zero();           // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();   // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
-  double actuation_work = 0.0;  // of actuators, external loads and springs since the start, J
+  double actuation_work = 0.0;  // of actuators, external loads, springs and motors since the start, J
   double max_speed = 0.0;       // m/s, water and bodies
   int contacts = 0;             // points that touch walls, obstacles or other bodies
   int contact_sweeps = 0;       // of the contact solver, both stages

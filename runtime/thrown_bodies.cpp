@@ -29,7 +29,8 @@ double gain_by_contact(const SimulationState& s, double first, double overlap, d
 
 bool bodies_are_thrown(const SimulationState& s, const std::vector<ReducedBody>& before,
                        const StepReport& report, bool dry, double dt) {
-  if (!s.actuators.empty() || !s.loads.empty() || !s.springs.empty() || !s.prescribed.empty())
+  if (!s.actuators.empty() || !s.loads.empty() || !s.springs.empty() || !s.motors.empty() ||
+      !s.prescribed.empty())
     return false;
   const double first = energy_of_bodies(before), gained = energy_of_bodies(s.bodies) - first;
   if (dry && report.contacts > 0 &&

@@ -57,6 +57,22 @@ Vec3 unit_normal(const TriMesh& mesh, int t) {
   return area_vector(mesh, mesh.triangles[t]).normalized();
 }
 
+TriMesh box_between(const Vec3& low, const Vec3& high) {
+  TriMesh mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.vertices.emplace_back(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1],
+                               corner & 4 ? high[2] : low[2]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3;
+    for (const int side : {0, 1 << axis}) {
+      const int first = side ? b : c, second = side ? c : b;  // counter-clockwise from outside
+      mesh.triangles.emplace_back(side, side + first, side + b + c);
+      mesh.triangles.emplace_back(side, side + b + c, side + second);
+    }
+  }
+  return mesh;
+}
+
 double surface_area(const TriMesh& mesh) {
   double area = 0.0;
   for (const Vec3i& t : mesh.triangles) area += area_vector(mesh, t).norm();

@@ -23,6 +23,9 @@ Vec3 enclosed_centroid(const TriMesh& mesh);
 /// Second moment about the origin, integral of x x^T over the enclosed solid, m^5.
 Mat3 enclosed_second_moment(const TriMesh& mesh);
 
+/// The surface of a box, two triangles a face.
+TriMesh box_between(const Vec3& low, const Vec3& high);
+
 double surface_area(const TriMesh& mesh);
 
 /// Outward unit normal of triangle `t`.

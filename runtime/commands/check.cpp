@@ -56,9 +56,11 @@ void list_bodies(const BuiltScene& built) {
   for (const std::string& text : coarser_surfaces(built.bodies, built.skins))
     line("surface", "the water meets of " + text + " triangles");
   line("obstacles", built.obstacles.size());
+  for (const std::string& text : built.wavemakers) line("wave maker", text);
   line("actuators", built.actuators.size());
   line("loads", built.loads.size());
   line("springs", built.springs.size());
+  line("motors", built.motors.size());
 }
 
 void list_outputs(const SceneSpec& scene) {

@@ -291,7 +291,7 @@ int body_named(const Section& s, const std::string& name, const SceneSpec& scene
   return found;
 }
 
-// The two bodies of a joint or a spring; the second may be the world (-1).
+// The two bodies of a joint, a spring or a motor; the second may be the world (-1).
 std::pair<int, int> parse_bodies(const Section& s, const SceneSpec& scene, Complaints& bad) {
   const std::vector<std::string> names = s.strings("bodies");
   if (names.size() != 2 || names[0] == "world") {
@@ -303,6 +303,23 @@ std::pair<int, int> parse_bodies(const Section& s, const SceneSpec& scene, Compl
   const int b = names[1] == "world" ? -1 : body_named(s, names[1], scene, bad);
   if (a >= 0 && a == b) bad.push_back(s.error("bodies", "a body cannot be tied to itself", ""));
   return {a, b};
+}
+
+WavemakerSpec parse_wavemaker(const Section& s, Complaints& bad) {
+  WavemakerSpec maker;
+  maker.where = s.location("side");
+  const std::string side = s.string("side");
+  maker.side = side == "xmin" ? kXMin : side == "xmax" ? kXMax : side == "ymin" ? kYMin : kYMax;
+  maker.flap = s.string("type") == "flap";
+  maker.height = optional_number(s, "height");
+  maker.stroke = optional_number(s, "stroke");
+  maker.period = s.number("period");
+  maker.ramp = optional_number(s, "ramp");
+  maker.front = optional_number(s, "front");
+  if (s.has("height") == s.has("stroke"))
+    bad.push_back(s.error("", "expected either height or stroke",
+                          "height = of the waves, m; stroke = of the front at the water level, m"));
+  return maker;
 }
 
 JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad) {
@@ -358,6 +375,21 @@ std::optional<double> parse_end(const Section& s, const char* what, double start
     bad.push_back(s.error("end", fmt::format("the {} ends before it starts", what),
                           fmt::format("it starts at {:f} s", start)));
   return end;
+}
+
+Motor parse_motor(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  Motor motor;
+  std::tie(motor.a, motor.b) = parse_bodies(s, scene, bad);
+  motor.axis = s.vec3("axis");
+  if (motor.axis.norm() == 0.0) bad.push_back(s.error("axis", "the vector has no length"));
+  motor.axis.normalize();
+  motor.torque = s.number("torque");
+  motor.speed = optional_number(s, "speed").value_or(motor.speed);
+  motor.period = optional_number(s, "period").value_or(motor.period);
+  motor.phase = s.number("phase") * kDegree;
+  motor.start = s.number("start");
+  motor.end = parse_end(s, "motor", motor.start, bad).value_or(motor.end);
+  return motor;
 }
 
 ForceSpec parse_force(const Section& s, Complaints& bad) {
@@ -546,11 +578,15 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
   }
   for (const Section& s : root.sections("static"))
     scene.statics.push_back(parse_static(s, scene, bad));
+  for (const Section& s : root.sections("wavemaker"))
+    scene.wavemakers.push_back(parse_wavemaker(s, bad));
   for (const Section& s : root.sections("joint"))
     scene.joints.push_back(parse_joint(s, scene, bad));
   for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
   for (const Section& s : root.sections("spring"))
     scene.springs.push_back(parse_spring(s, scene, bad));
+  for (const Section& s : root.sections("motor"))
+    scene.motors.push_back(parse_motor(s, scene, bad));
   for (const Section& s : root.sections("external"))
     scene.externals.push_back(parse_external(s, scene, bad));
   scene.frames = root.strings("output.frames");

@@ -33,7 +33,8 @@ RunEnd run_frames(Simulation& simulation, const RunPlan& plan, const RunEvents& 
 /// Frames that a run of `end_time` seconds writes, the initial state included.
 int frame_count(double end_time, double fps);
 
-/// The even split of `remaining` seconds into steps of at most `stable` seconds: the next step.
-double next_step(double remaining, double stable);
+/// The next step of an even split of `remaining` seconds: no longer than `stable`, or by a twentieth
+/// where that saves a step, and than `most`, the step.max of the scene, but for its last decimal (all s).
+double next_step(double remaining, double stable, double most);
 
 }  // namespace archetide

@@ -15,6 +15,7 @@
 #include "runtime/scene/add_forces.h"
 #include "runtime/scene/add_moving_obstacle.h"
 #include "runtime/scene/add_skins.h"
+#include "runtime/scene/add_wavemaker.h"
 #include "runtime/scene/check_placement.h"
 #include "runtime/scene/closed_mesh.h"
 #include "runtime/scene/initial_water.h"
@@ -433,11 +434,14 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
       built.options.obstacles.push_back(contact);
     });
   }
+  for (const WavemakerSpec& spec : scene.wavemakers)
+    collect([&] { add_wavemaker(spec, scene, built); });
   if (bad.empty())
     for (std::size_t n = 0; n < scene.joints.size(); ++n)
       collect([&] { add_joint(scene.joints[n], n + 1, built); });
   if (bad.empty())
     for (const SpringSpec& spec : scene.springs) collect([&] { add_spring(spec, built); });
+  built.motors = scene.motors;
   if (bad.empty()) bad = misplaced_bodies(scene, built);
   if (!bad.empty()) throw InputError(bad);
   choose_rungs(scene, built);
@@ -460,6 +464,7 @@ Simulation make_simulation(BuiltScene built, const SceneSpec& scene) {
   simulation.set_actuators(std::move(built.actuators));
   simulation.set_external_loads(std::move(built.loads));
   simulation.set_springs(std::move(built.springs));
+  simulation.set_motors(std::move(built.motors));
   simulation.set_prescribed(std::move(built.prescribed));
   return simulation;
 }

@@ -23,6 +23,8 @@ struct BuiltScene {
   std::vector<Actuator> actuators;         // of [[force]]s
   std::vector<ExternalLoad> loads;         // of [[external]]s
   std::vector<Spring> springs;             // of [[spring]]s; of [[body]]s, as joints
+  std::vector<Motor> motors;               // of [[motor]]s; likewise
+  std::vector<std::string> wavemakers;     // what each of them makes, a line
   std::vector<PrescribedBody> prescribed;  // [[static]]s that move; among the bodies of time 0
   std::vector<SkinnedBodies> skins;        // the same
   std::vector<DeformationForecast> forecasts;  // one per archetype with modes

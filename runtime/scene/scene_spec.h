@@ -110,6 +110,16 @@ struct StaticSpec {
   bool moves() const { return !motion.keys.empty() || !motion_csv.empty(); }
 };
 
+/// One [[wavemaker]]: a block that goes to and fro at a side of the tank.
+struct WavemakerSpec {
+  SourceLocation where;
+  int side = kXMin;                      // kXMin to kYMax
+  bool flap = false;                     // hinged at the floor; else a piston
+  std::optional<double> height, stroke;  // one of them: of the waves, of the front at the level, m
+  double period = 1.0;                   // s
+  std::optional<double> ramp, front;     // s; m from the side, at rest
+};
+
 /// One [[joint]]; its points are the union of what is given.
 struct JointSpec {
   SourceLocation where;
@@ -227,10 +237,12 @@ struct SceneSpec {
   std::vector<SkinSpec> skins;
   std::vector<ScatterSpec> scatters;
   std::vector<StaticSpec> statics;
+  std::vector<WavemakerSpec> wavemakers;
   std::vector<JointSpec> joints;
   std::vector<ForceSpec> forces;
   std::vector<ExternalSpec> externals;
   std::vector<SpringSpec> springs;
+  std::vector<Motor> motors;                 // a, b: index of a [[body]]
   bool body_contact = false;                 // bodies against each other and against statics
   double restitution = 0.0, friction = 0.0;  // of walls, statics and bodies
   std::vector<std::string> frames;

@@ -163,7 +163,7 @@ TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
   EXPECT_TRUE(fs::exists(folder_ + "straight/checkpoint/000002.h5"));  // keep = 3: 2, 4, 6
 
   // between two frames, then from there
-  ASSERT_EQ(run(out("until") + " --until 0.21"), 75) << err();
+  ASSERT_EQ(run(out("until") + " --until 0.2"), 75) << err();
   EXPECT_FALSE(fs::exists(folder_ + "until/done.stamp"));
   const Manifest stopped = read_manifest(folder_ + "until/manifest.json");
   ASSERT_EQ(run(out("until")), 0) << err();

@@ -8,7 +8,6 @@ namespace archetide {
 
 /// Closed, outward surfaces around the origin.
 TriMesh icosphere(int subdivisions, double radius);          // 20 * 4^subdivisions triangles
-TriMesh box_between(const Vec3& low, const Vec3& high);
 TriMesh box_surface(const Vec3& lengths, int subdivisions);  // 2^subdivisions cells along each edge
 TriMesh torus_surface(double R, double r, int nu, int nv);   // axis z, 2 nu nv triangles
 

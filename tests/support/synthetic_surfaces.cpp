@@ -67,12 +67,6 @@ TriMesh box_surface(const Vec3& lengths, int subdivisions) {
   return m;
 }
 
-TriMesh box_between(const Vec3& low, const Vec3& high) {
-  TriMesh mesh = box_surface(high - low, 0);
-  for (Vec3& x : mesh.vertices) x += 0.5 * (low + high);
-  return mesh;
-}
-
 TriMesh torus_surface(double R, double r, int nu, int nv) {
   TriMesh m;
   for (int i = 0; i < nu; ++i) {

@@ -136,6 +136,26 @@ stiffness = 50
 damping = 2
 length = 0.5
 slack = true
+[[motor]]
+bodies = ["first", "world"]
+axis = [0, 0, 2]
+torque = 3
+speed = 12
+period = 0.5
+phase = 90
+start = 0.25
+end = 4
+[[wavemaker]]
+side = "ymax"
+type = "flap"
+height = 0.1
+period = 1.5
+ramp = 2
+front = 0.3
+[[wavemaker]]
+side = "xmin"
+stroke = 0.05
+period = 2
 [[skin]]
 name = "jelly"
 archetype = "jelly_skin"
@@ -484,6 +504,52 @@ TEST(ParseScene, SpringsTieTwoPoints) {
                   "tied to itself");
   expect_contains(complaint(body + "bodies = [\"a\", \"wold\"]\npoints = [[0, 0, 0], [1, 0, 0]]\n"),
                   "no [[body]] called");
+}
+
+TEST(ParseScene, MotorsTurnOneBodyAgainstAnother) {
+  const std::vector<Motor> one = parse(kEverything).motors;
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].a, 0);
+  EXPECT_EQ(one[0].b, -1);
+  EXPECT_EQ(one[0].axis, Vec3(0, 0, 1));
+  EXPECT_EQ(one[0].torque, 3.0);
+  EXPECT_EQ(one[0].speed, 12.0);
+  EXPECT_EQ(one[0].period, 0.5);
+  EXPECT_DOUBLE_EQ(one[0].phase, 0.5 * M_PI);
+  EXPECT_EQ(one[0].start, 0.25);
+  EXPECT_EQ(one[0].end, 4.0);
+  const std::string head =
+      "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n[[motor]]\n"
+      "bodies = [\"a\", \"world\"]\ntorque = 1\n";
+  const std::vector<Motor> plain = parse(head + "axis = [1, 0, 0]\n").motors;
+  EXPECT_EQ(plain.at(0).speed, INFINITY);
+  EXPECT_EQ(plain.at(0).period, INFINITY);
+  EXPECT_EQ(plain.at(0).end, INFINITY);
+  expect_contains(complaint(head + "axis = [0, 0, 0]\n"), "the vector has no length");
+  expect_contains(complaint(head), "missing key 'motor[0].axis'");
+  expect_contains(complaint(head + "axis = [1, 0, 0]\nstart = 2\nend = 1\n"),
+                  "the motor ends before it starts");
+}
+
+TEST(ParseScene, WaveMakersAreToldAHeightOrAStroke) {
+  const std::vector<WavemakerSpec> both = parse(kEverything).wavemakers;
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].side, kYMax);
+  EXPECT_TRUE(both[0].flap);
+  EXPECT_EQ(both[0].height, 0.1);
+  EXPECT_FALSE(both[0].stroke);
+  EXPECT_EQ(both[0].period, 1.5);
+  EXPECT_EQ(both[0].ramp, 2.0);
+  EXPECT_EQ(both[0].front, 0.3);
+  EXPECT_EQ(both[1].side, kXMin);
+  EXPECT_FALSE(both[1].flap);
+  EXPECT_EQ(both[1].stroke, 0.05);
+  EXPECT_FALSE(both[1].ramp);
+  const std::string head = "[[wavemaker]]\nside = \"xmax\"\nperiod = 1\n";
+  expect_contains(complaint(head), "expected either height or stroke");
+  expect_contains(complaint(head + "height = 1\nstroke = 1\n"), "expected either");
+  expect_contains(complaint("[[wavemaker]]\nside = \"zmin\"\nperiod = 1\nheight = 1\n"),
+                  "\"xmin\"");
 }
 
 TEST(ParseScene, MarkersLieInABoxOrABall) {

@@ -77,10 +77,16 @@ TEST(RunLoop, StopRequestEndsBeforeTheNextStep) {
   EXPECT_TRUE(record.steps.empty());
 }
 
-TEST(NextStep, SplitsEvenlyAndNeverExceedsTheStableStep) {
-  EXPECT_DOUBLE_EQ(next_step(1.0, 2.0), 1.0);
-  EXPECT_DOUBLE_EQ(next_step(1.0, 0.4), 1.0 / 3.0);
-  EXPECT_DOUBLE_EQ(next_step(1.0, 1.0 / 3.0), 1.0 / 3.0);  // round-off makes no fourth step
+TEST(NextStep, SplitsEvenlyAndHardlyExceedsTheStableStep) {
+  EXPECT_DOUBLE_EQ(next_step(1.0, 2.0, 9.0), 1.0);
+  EXPECT_DOUBLE_EQ(next_step(1.0, 0.4, 9.0), 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(next_step(1.0, 1.0 / 3.0, 9.0), 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(next_step(1.0, 0.96, 9.0), 1.0);  // one step where two would be much shorter
+  EXPECT_DOUBLE_EQ(next_step(1.0, 0.95, 9.0), 0.5);
+  EXPECT_DOUBLE_EQ(next_step(1.0, 0.99, 0.99), 0.5);                    // but no more than step.max
+  EXPECT_DOUBLE_EQ(next_step(1.0 / 24.0, 0.0416, 0.0416), 1.0 / 24.0);  // which is rounded
+  EXPECT_DOUBLE_EQ(next_step(1.0, 1.0 / 3.0, 1.0 / 3.0),
+                   1.0 / 3.0);  // round-off makes no fourth step
 }
 
 TEST(Expectations, JudgeTheMeansOverTheWindow) {

@@ -4,6 +4,7 @@
 
 #include "common/files/make_word.h"
 #include "common/mesh/mesh_sdf.h"
+#include "runtime/scene/add_wavemaker.h"
 #include "runtime/scene/initial_water.h"
 #include "runtime/scene/parse_scene.h"
 #include "runtime/scene/scatter.h"
@@ -475,6 +476,82 @@ TEST_F(BuildScene, ObstaclesThatMoveAreBodies) {
                     build("[step]\nscheme = \"single\"\n" + later + "motion = [{ t = 0 }]\n");
                   }),
                   "obstacles do not move with step.scheme = \"single\"");
+}
+
+// omega^2 = g k tanh(k h), and H / S as the hyperbolic functions of the books; in the limits of shallow
+// and deep water k h and k h / 2, 2 and 2.
+TEST(WaveTheory, IsThatOfLinearWaves) {
+  for (const double omega : {0.1, 1.0, 4.0, 20.0}) {
+    const double k = wave_number(omega, 0.5, 9.81);
+    EXPECT_NEAR(9.81 * k * std::tanh(0.5 * k), omega * omega, 1e-13 * omega * omega);
+  }
+  for (const double kh : {0.1, 1.0, 3.0}) {
+    const double both = std::sinh(2.0 * kh) + 2.0 * kh;
+    EXPECT_NEAR(height_over_stroke(false, kh), 2.0 * (std::cosh(2.0 * kh) - 1.0) / both, 1e-14);
+    EXPECT_NEAR(height_over_stroke(true, kh),
+                4.0 * std::sinh(kh) / kh * (kh * std::sinh(kh) - std::cosh(kh) + 1.0) / both,
+                1e-14);
+  }
+  EXPECT_NEAR(height_over_stroke(false, 1e-3), 1e-3, 1e-9);
+  EXPECT_NEAR(height_over_stroke(true, 1e-3), 0.5e-3, 1e-9);
+  EXPECT_NEAR(height_over_stroke(false, 1e3), 2.0, 1e-12);
+  EXPECT_NEAR(height_over_stroke(true, 1e3), 2.0, 3e-3);
+}
+
+TEST_F(BuildScene, WaveMakersAreObstaclesThatMove) {
+  const std::string
+      tank =
+          "[fluid]\ngrid = [40, 8, 8]\ncell = 0.1\norigin = [1, 0, 0]\nwater = { level = 0.5 }\n",
+      head = "[[wavemaker]]\nside = \"xmax\"\nperiod = 1\n";
+  const BuiltScene piston = build(tank + head + "stroke = 0.1\nfront = 0.25\nramp = 0\n");
+  ASSERT_EQ(piston.prescribed.size(), 1u);
+  EXPECT_EQ(piston.body_names.at(0), "wavemaker");
+  ASSERT_EQ(piston.wavemakers.size(), 1u);
+  expect_contains(piston.wavemakers[0], "piston of stroke 0.1 m");
+  const PrescribedBody& told = piston.prescribed[0];
+  const TriMesh& surface = piston.bodies[0].archetype->surface;
+  const auto front = [&](double t) {  // m
+    const PrescribedBody::Pose pose = told.at(t);
+    double x = INFINITY;
+    for (const Vec3& v : surface.vertices) x = std::min(x, (pose.position + pose.rotation * v)[0]);
+    return x;
+  };
+  EXPECT_NEAR(front(0.0), 4.75, 1e-12);  // 0.25 m from x = 5
+  EXPECT_NEAR(front(0.25), 4.70, 1e-5);
+  EXPECT_NEAR(front(0.75), 4.80, 1e-5);
+  EXPECT_GT(enclosed_volume(surface), 0.0);
+
+  const BuiltScene flap =
+      build(tank +
+            "[[wavemaker]]\nside = \"ymin\"\ntype = \"flap\"\nperiod = 1\nramp = 0\n"
+            "stroke = 0.1\nfront = 0.2\n");
+  const PrescribedBody& turned = flap.prescribed.at(0);
+  const PrescribedBody::Pose pose = turned.at(0.25);
+  // the point of the front at the level goes by half the stroke inwards, that on the floor stays
+  const Vec3 level = turned.origin + Vec3(0, 0, 0.5), arm = level - flap.bodies[0].position;
+  EXPECT_NEAR((turned.origin - Vec3(3.0, 0.2, 0.0)).norm(), 0.0, 1e-12);
+  const Vec3 moved = pose.position + pose.rotation * arm - turned.origin;
+  EXPECT_NEAR(moved[1] / moved[2], 0.05 / 0.5, 1e-5);
+  EXPECT_GT(moved[1], 0.0);
+  EXPECT_NEAR(
+      (pose.position + pose.rotation * (turned.origin - flap.bodies[0].position) - turned.origin)
+          .norm(),
+      0.0, 1e-12);
+
+  EXPECT_TRUE(piston.notes.empty());
+  const BuiltScene steep = build(tank + head + "height = 0.3\nfront = 0.5\n");
+  ASSERT_EQ(steep.notes.size(), 1u);
+  expect_contains(steep.notes[0], "higher than waves of");
+  const auto refused = [&](const std::string& text) {
+    return message_of<InputError>([&] { build(text); });
+  };
+  expect_contains(refused(tank + head + "stroke = 0.2\nfront = 0.05\n"), "cannot go to and fro");
+  expect_contains(refused(tank + head + "stroke = 2.5\n"), "cannot go to and fro");
+  expect_contains(refused("[fluid]\ngrid = [40, 8, 8]\ncell = 0.1\n" + head + "stroke = 0.2\n"),
+                  "needs water of a known depth");
+  expect_contains(refused(head + "stroke = 0.2\n"), "needs water of a known depth");
+  expect_contains(refused("gravity = [1, 0, -9]\n" + tank + head + "stroke = 0.2\n"),
+                  "gravity along -z");
 }
 
 TEST_F(BuildScene, DensitiesOfNoMatterAreRefused) {
