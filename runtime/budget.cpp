@@ -45,6 +45,11 @@ void Budget::visit_state(StateArchive& a) {
   a.field("budget/solved_energy", solved_energy);
 }
 
+void BudgetKeeper::add_poured(const Motion& water) {
+  last_ += water;
+  if (started_) total_.external += {water.P, water.L};
+}
+
 void BudgetKeeper::start_attempt(const std::vector<ReducedBody>& bodies) {
   step_ = {};
   from_water_ = {}, on_solids_ = {};

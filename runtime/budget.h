@@ -23,7 +23,7 @@ struct Budget {
   Impulse solids;
   Impulse weight;     // of gravity on water, drops and bodies
   Impulse contact;    // of contacts and joints with what stands still or goes as it is told
-  Impulse external;   // of external loads, springs and motors
+  Impulse external;   // of external loads, springs and motors, and with the water of sources
   Impulse unmatched;  // Coupling::unmatched_impulse()
   double contact_energy = 0.0;  // that contacts between the stages have changed, J
   double drag_energy = 0.0;     // that fluid.drag and beaches have taken (<= 0), J
@@ -45,6 +45,8 @@ class BudgetKeeper {
   void add_contact_energy(double joules) { step_.contact_energy += joules; }
   /// Of a body that appears.
   void add_appearing_energy(double joules) { last_energy_ += joules; }
+  /// Of water that a source brings, before a step.
+  void add_poured(const Motion& water);
   void add_held_energy(double joules) { step_.held_energy += joules; }
   /// Of the water on a body in the velocity stage.
   void add_water_impulse(const Impulse& given) { from_water_ += given; }

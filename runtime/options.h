@@ -5,6 +5,7 @@
 
 #include "runtime/coupling/coupling.h"
 #include "runtime/fluid/damping.h"
+#include "runtime/fluid/water_source.h"
 #include "runtime/grid/grid.h"
 #include "runtime/solid/reduced_body.h"
 
@@ -24,6 +25,8 @@ struct SimulationOptions {
   Damping damping;                      // of the water's motion
   int particles_per_cell = 0;           // 0: plain level set
   bool spray = false;                   // water particles that come away fly as drops
+
+  std::vector<WaterSource> sources = {};
 
   Geometry geometry = Geometry::kCutCell;
   double tolerance = 1e-8;  // relative residual of the coupled solve, 1e-14 .. 1e-2

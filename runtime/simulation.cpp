@@ -64,6 +64,16 @@ void carry_markers(SimulationState& s, double dt) {
   s.water.carry_markers(dt, s.bodies);
 }
 
+// Sources bring water, its momentum and its energy.
+void pour(SimulationState& s) {
+  if (!s.water.pours()) return;
+  update_geometry(s);
+  const WaterStep::Poured poured = s.water.pour(s.coupling);
+  if (s.step_count == 0) return;  // as the scene begins
+  s.budget.add_poured(poured.motion);
+  s.actuation_work += poured.energy;
+}
+
 // A step of dt has been taken.
 void finish_step(SimulationState& s, double dt, StepReport& report) {
   carry_markers(s, dt);
@@ -99,6 +109,7 @@ StepReport Simulation::step(double dt) {
   SimulationState& s = *state_;
   admit_bodies(s);
   fit_tank(s);
+  pour(s);
   StepReport before;
   before.t = s.time();
   demand_finite(s.bodies, s.water.fluid(), before);

@@ -90,6 +90,10 @@ void admit(SimulationState& s, std::size_t n) {
 void fit_tank(SimulationState& s) {
   if (!s.water.fit_ceiling()) return;
   s.coupling.set_tank(s.water.grid(), s.water.open_side());
+  update_geometry(s);
+}
+
+void update_geometry(SimulationState& s) {
   const bool single = s.options.scheme == Scheme::kSingle && !s.last_solved.empty();
   update_geometry(s, single ? s.last_solved : s.bodies);
 }

@@ -77,6 +77,8 @@ void fit_tank(SimulationState& s);
 
 /// Fractions of the cells with the bodies as they are given.
 void update_geometry(SimulationState& s, const std::vector<ReducedBody>& at);
+/// Of the bodies as a step begins.
+void update_geometry(SimulationState& s);
 
 /// Contacts that hold in a solve of all bodies together; null: each alone at its walls.
 inline GroupContacts* if_together(const SimulationState& s, GroupContacts& contacts) {

@@ -41,6 +41,7 @@ void add_water(const SimulationState& s, StepReport& r, BudgetKeeper::End& end) 
   const WaterMoment inside = water_moment(water.grid(), water.held());
   add_water_statistics(s.options, water, inside, s.coupling, r);
   r.outflow_volume = water.outflow();
+  r.source_volume = water.poured();
   r.volume_refitted = water.refitted();
   r.volume_residual = water.residual_volume();
   const SprayMotion drops = spray_motion(water.fluid().spray, s.options.gravity);

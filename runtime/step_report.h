@@ -35,16 +35,18 @@ struct StepReport {
   Vec3 spray_momentum = Vec3::Zero();          // kg m/s
   Vec3 spray_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
   double outflow_volume = 0.0;         // left through open sides of the tank since the start, m^3
+  double source_volume = 0.0;          // brought by sources since the start, m^3
   Vec3 water_momentum = Vec3::Zero();  // kg m/s
   Vec3 water_angular_momentum = Vec3::Zero();  // about the origin, kg m^2/s
   Budget budget;                               // where momentum and energy came from and went to
   Vec3 body_momentum = Vec3::Zero();           // sum of P, kg m/s
   Vec3 body_angular_momentum = Vec3::Zero();   // sum of L + t x P, kg m^2/s
   double water_kinetic = 0.0, body_kinetic = 0.0, body_elastic = 0.0, potential = 0.0;  // J
-  double actuation_work = 0.0;  // of actuators, external loads, springs and motors since the start, J
-  double max_speed = 0.0;       // m/s, water and bodies
-  int contacts = 0;             // points that touch walls, obstacles or other bodies
-  int contact_sweeps = 0;       // of the contact solver, both stages
+  double actuation_work =
+      0.0;                 // of actuators, external loads, springs and motors since the start, J
+  double max_speed = 0.0;  // m/s, water and bodies
+  int contacts = 0;        // points that touch walls, obstacles or other bodies
+  int contact_sweeps = 0;  // of the contact solver, both stages
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double joint_drift = 0.0;                              // m, largest gap of a joint
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
@@ -54,8 +56,17 @@ struct StepReport {
   double energy() const {
     return water_kinetic + body_kinetic + body_elastic + spray_kinetic + potential;
   }
-  /// Water in the tank, in the air and gone through its open sides, m^3: it should not drift.
-  double accounted_volume() const { return water_volume + spray_volume + outflow_volume; }
+  /// Water in the tank, in the air and gone through its open sides, less what sources brought, m^3:
+  /// it should not drift.
+  double accounted_volume() const {
+    return water_volume + spray_volume + outflow_volume - source_volume;
+  }
+  /// How far that is from what it was in the first step (m^3), of all the water that was there or
+  /// came; 0 without any.
+  double volume_drift(double first) const {
+    const double all = first + source_volume;
+    return all > 0.0 ? (accounted_volume() - first) / all : 0.0;
+  }
 };
 
 /// What one attempt at a step has found out, also where it failed.

@@ -111,6 +111,8 @@ double stable_dt(const SimulationState& s) {
   for (std::size_t b = 0; b < s.bodies.size(); ++b)
     dt = std::min(dt, body_step(s, b, water ? largest_travel(s, b, top) : cells, o.max_dt));
   if (!water) return dt;
+  for (const WaterSource& source : o.sources)
+    if (source.pours(s.time())) dt = std::min(dt, time_for(cells, source.velocity.norm(), g));
   constexpr double kRange = 8.0;  // more than water that was slowed down in a like step can want
   dt = std::min(
       dt, time_for(cells, speed_of_most(s.water.fluid().u, s.water.valid(), o.outrun, kRange), g));

@@ -98,6 +98,14 @@ int layers_of(const Array3<double>& residual) {
   return layers;
 }
 
+// The same that sources fill, at time t (s) or (NaN) at any.
+int layers_of_sources(const Grid& g, const SimulationOptions& options, double t) {
+  double top = g.low()[2];
+  for (const WaterSource& source : options.sources)
+    if (std::isnan(t) || source.pours(t)) top = std::max(top, source.high[2]);
+  return std::min(static_cast<int>(std::ceil((top - g.low()[2]) / g.dx)), options.grid.nz);
+}
+
 // Layers, in eights and at most `full`, that end above what a step reads and writes of the air: the
 // highest water or particle, the way of a step, the layers that velocities are continued by, and
 // the stencils around.
@@ -221,7 +229,8 @@ void visit_flow(StateArchive& a, const MacField& u, std::vector<FaceFlow>& flow)
 
 Grid field_grid(const SimulationOptions& options, const FluidState& initial) {
   Grid g = options.grid;
-  if (options.has_water && g.cells() > 0) g.nz = ceiling(g, g.nz, options.cfl, initial);
+  if (options.has_water && g.cells() > 0)
+    g.nz = ceiling(g, g.nz, options.cfl, initial, layers_of_sources(g, options, NAN));
   return g;
 }
 
@@ -238,7 +247,9 @@ bool WaterStep::fit_ceiling() {
   if (!present()) return false;
   constexpr int kSpare = 16;  // layers more than needed that stay
   const int full = options_.grid.nz;
-  const int wanted = ceiling(grid_, full, options_.cfl, fluid_, layers_of(residual_));
+  const int wanted =
+      ceiling(grid_, full, options_.cfl, fluid_,
+              std::max(layers_of(residual_), layers_of_sources(grid_, options_, fluid_.time)));
   if (wanted == grid_.nz || (wanted < grid_.nz && wanted + kSpare > grid_.nz && grid_.nz < full))
     return false;
   set_ceiling(wanted);
@@ -310,6 +321,34 @@ void WaterStep::prepare(const Coupling& coupling) {
   measure_held(g, fluid_.phi, coupling.solids().cell, held_, residual_);
   residual_.fill(0.0);
   mark_deep_faces(g, fluid_.phi, deep_);
+}
+
+bool WaterStep::pours() const {
+  return present() && std::ranges::any_of(options_.sources, [&](const WaterSource& source) {
+           return source.pours(fluid_.time);
+         });
+}
+
+WaterStep::Poured WaterStep::pour(const Coupling& coupling) {
+  Poured poured;
+  const Grid& g = grid_;
+  std::vector<MacField*> others = {&u_half_};
+  if (single()) others.push_back(&u_last_);
+  const double density = options_.water_density;
+  for (const WaterSource& source : options_.sources) {
+    if (!source.pours(fluid_.time)) continue;
+    const FilledSource gained =
+        fill_source(g, source, coupling.solids().cell, fluid_.phi, held_, fluid_.u, others, valid_);
+    poured_ += gained.volume;
+    poured.motion += {density * gained.P, density * gained.L, density * gained.kinetic};
+    poured.energy += density * (gained.kinetic - options_.gravity.dot(gained.moment));
+  }
+  mark_deep_faces(g, fluid_.phi, deep_);
+  for (int a = 0; a < 3; ++a)
+    for (std::size_t n = 0; n < valid_[a].size(); ++n) valid_[a][n] = valid_[a][n] == 1;
+  extrapolate(coupling, {&fluid_.u});
+  mark_for_advection(coupling);
+  return poured;
 }
 
 void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
@@ -574,6 +613,7 @@ void WaterStep::visit_state(StateArchive& a) {
   std::ranges::copy(beyond, beyond_.begin());
   a.field("water/refitted", refitted_);
   a.field("water/outflow", outflow_);
+  a.field("water/poured", poured_);
   a.field("water/markers", fluid_.markers);
   a.field("spray/position", fluid_.spray.position);
   a.field("spray/velocity", fluid_.spray.velocity);

@@ -32,6 +32,8 @@ class WaterStep {
   const FluidState& fluid() const { return fluid_; }
   /// Through open sides since the start, m^3.
   double outflow() const { return outflow_; }
+  /// From sources since the start, m^3.
+  double poured() const { return poured_; }
   /// Moved between surface and residual since the start, m^3, without sign.
   double refitted() const { return refitted_; }
 
@@ -46,6 +48,15 @@ class WaterStep {
   bool fit_ceiling();
   /// Faces of fluid.u that mean something (layers count).
   const FaceField<unsigned char>& valid() const { return valid_; }
+
+  /// Before a step, in the geometry of its start: sources are filled again.
+  struct Poured {
+    Motion motion;        // that came with the water
+    double energy = 0.0;  // kinetic and potential, J
+  };
+  Poured pour(const Coupling& coupling);
+  /// Whether any source pours now.
+  bool pours() const;
 
   /// First look at the scene: fields, a clean level set, particles.
   void prepare(const Coupling& coupling);
@@ -164,7 +175,7 @@ class WaterStep {
   Sides air_beyond_{};     // open sides that the water did not cover whole at the start
   bool full_ = false;      // no air in the tank as the scene begins
   double last_dt_ = 0.0;   // s, of the step that u_half_ stems from; 0: of none
-  double outflow_ = 0.0, refitted_ = 0.0;  // m^3
+  double outflow_ = 0.0, refitted_ = 0.0, poured_ = 0.0;  // m^3
   FaceField<unsigned char> valid_, target_, deep_;
   Array3<unsigned char> solid_cells_;
   MacField push_;  // dt grad p / rho over the last half-step (one solve a step: full-step) solve,

@@ -68,6 +68,7 @@ void list_outputs(const SceneSpec& scene) {
   for (const MarkersSpec& spec : scene.markers) markers += spec.count;
   line("markers", markers);
   line("gauges", scene.gauges.size());
+  line("sources", scene.sources.size());
   line("checkpoints", scene.checkpoints ? fmt::format("every {} frames", scene.checkpoint_every)
                                         : "when it is stopped");
 }

@@ -26,6 +26,12 @@ constexpr double kWorthARound = 0.7;  // .. if the last round left no more of it
 
 }  // namespace
 
+double held_by_surface(const Grid& g, const Array3<double>& phi, const Array3<double>& solid, int i,
+                       int j, int k, std::size_t n) {
+  const double wet = phi[n] >= g.dx ? 0.0 : wet_fraction(g, phi, i, j, k, n);
+  return wet > 0.0 ? wet * open_fraction(solid[n]) : 0.0;
+}
+
 // Eq. V4.
 void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
                   Array3<double>& held, Array3<double>& residual) {
@@ -34,8 +40,7 @@ void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>
     for (int j = 0; j < g.ny; ++j) {
       std::size_t n = phi.index(0, j, k);
       for (int i = 0; i < g.nx; ++i, ++n) {
-        const double wet = phi[n] >= g.dx ? 0.0 : wet_fraction(g, phi, i, j, k, n);
-        const double now = wet > 0.0 ? wet * open_fraction(solid[n]) : 0.0;
+        const double now = held_by_surface(g, phi, solid, i, j, k, n);
         if (now == held[n]) continue;
         residual[n] += held[n] - now;
         held[n] = now;

@@ -11,7 +11,11 @@ namespace archetide {
 /// take_outflow) and by nothing else: moving, measuring and continuing phi only shifts water
 /// between the two. The residual is carried by the flow until the surface nearby takes it up.
 
-/// held = open fraction of the cell times wet fraction; residual gives what held takes.
+/// Open fraction of cell n = (i, j, k) times its wet fraction, dx^3.
+double held_by_surface(const Grid& g, const Array3<double>& phi, const Array3<double>& solid, int i,
+                       int j, int k, std::size_t n);
+
+/// held = held_by_surface of every cell; residual gives what held takes.
 void measure_held(const Grid& g, const Array3<double>& phi, const Array3<double>& solid,
                   Array3<double>& held, Array3<double>& residual);
 

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kFormat = "archetide checkpoint";
-constexpr int kVersion = 12;
+constexpr int kVersion = 13;
 
 std::string folder_of(const std::string& run_folder) {
   return (fs::path(run_folder) / "checkpoint").string();

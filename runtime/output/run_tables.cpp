@@ -67,6 +67,7 @@ void for_each_cell(const StepReport& s, const Cell& cell) {
   cell("drag_energy", b.drag_energy), cell("slowed_energy", b.slowed_energy);
   cell("held_energy", b.held_energy), cell("solved_energy", b.solved_energy);
   impulse("external", b.external.P, b.external.L);
+  cell("source_volume", s.source_volume);
 }
 
 }  // namespace

@@ -255,7 +255,7 @@ struct RunWriter::Impl {
   }
 
   double volume_drift() const {
-    return first_volume > 0.0 ? last.accounted_volume() / first_volume - 1.0 : 0.0;
+    return std::isnan(first_volume) ? 0.0 : last.volume_drift(first_volume);
   }
 
   void show_frame(double t) {
@@ -320,7 +320,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
   d.stats.add(report, simulation.profile());
   d.gauges.add(report, simulation);
   d.last = report;
-  if (std::isnan(d.first_volume)) d.first_volume = report.accounted_volume();
+  if (std::isnan(d.first_volume)) d.first_volume = std::max(report.accounted_volume(), 0.0);
 
   d.tell_held(report, simulation);
   d.tell_late(report.t, simulation.late_bodies());

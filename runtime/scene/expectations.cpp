@@ -44,9 +44,8 @@ double calm_level(const SimulationOptions& options, double water_volume,
 }
 
 double VolumeDrift::observe(const StepReport& report) {
-  const double volume = report.accounted_volume();
-  if (first_ < 0.0) first_ = volume;
-  return first_ > 0.0 ? volume / first_ - 1.0 : 0.0;
+  if (first_ < 0.0) first_ = std::max(report.accounted_volume(), 0.0);
+  return report.volume_drift(first_);
 }
 
 Expectations::Expectations(ExpectSpec spec, double end_time)

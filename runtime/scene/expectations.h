@@ -11,7 +11,7 @@ namespace archetide {
 /// Volume of water and spray against that of the first step.
 class VolumeDrift {
  public:
-  /// V / V0 - 1 of this step; 0 without water.
+  /// StepReport::volume_drift since the first step that it saw.
   double observe(const StepReport& report);
   void visit_state(StateArchive& a, const std::string& name) { a.field(name, first_); }
 

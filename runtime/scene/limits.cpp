@@ -39,8 +39,9 @@ double potential_in_tank(const StepReport& report, const Simulation& simulation)
   if (!o.has_water) return report.potential;
   const Vec3 low = o.grid.origin, high = low + o.grid.dx * Vec3(o.grid.nx, o.grid.ny, o.grid.nz);
   const double deepest = o.gravity.cwiseProduct(low).cwiseMax(o.gravity.cwiseProduct(high)).sum();
-  const double drops = o.water_density * report.spray_volume;
-  return report.potential + (total_mass(report, simulation) + drops) * deepest;
+  // what sources brought came with its energy at the origin
+  const double others = o.water_density * (report.spray_volume - report.source_volume);
+  return report.potential + (total_mass(report, simulation) + others) * deepest;
 }
 
 // The body with the largest of(body) > 0, or -1; `largest` becomes that.

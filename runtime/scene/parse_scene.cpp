@@ -104,24 +104,71 @@ FluidSpec parse_fluid(const Section& s, const SceneSpec& scene, Complaints& bad)
   return fluid;
 }
 
+// A box, or centre and radius of a ball.
+std::pair<std::optional<BoxSpec>, std::optional<SphereSpec>> parse_place(const Section& s,
+                                                                         Complaints& bad) {
+  std::optional<BoxSpec> box;
+  std::optional<SphereSpec> ball;
+  if (s.has("box")) {
+    const std::vector<Vec3> corners = s.points("box");
+    if (corners.size() == 2)
+      box = parse_corners(s, "box", corners[0], corners[1], bad);
+    else
+      bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
+  }
+  const bool centre = s.has("centre"), radius = s.has("radius");
+  if (centre && radius) ball = SphereSpec{s.vec3("centre"), s.number("radius")};
+  if (centre != radius || s.has("box") == centre)
+    bad.push_back(s.error("", "expected a box, or centre and radius of a ball"));
+  return {box, ball};
+}
+
 MarkersSpec parse_markers(const Section& s, const SceneSpec& scene, Complaints& bad) {
   MarkersSpec markers;
   markers.where = s.location();
   markers.count = s.integer("count");
   markers.seed = static_cast<unsigned>(s.integer("seed"));
   if (!scene.fluid) bad.push_back(s.error("", "markers need water", "give [fluid]"));
-  if (s.has("box")) {
-    const std::vector<Vec3> corners = s.points("box");
-    if (corners.size() == 2)
-      markers.box = parse_corners(s, "box", corners[0], corners[1], bad);
-    else
-      bad.push_back(s.error("box", "expected two corners", "[[x0, y0, z0], [x1, y1, z1]]"));
-  }
-  const bool centre = s.has("centre"), radius = s.has("radius");
-  if (centre && radius) markers.ball = SphereSpec{s.vec3("centre"), s.number("radius")};
-  if (centre != radius || s.has("box") == centre)
-    bad.push_back(s.error("", "expected a box, or centre and radius of a ball"));
+  std::tie(markers.box, markers.ball) = parse_place(s, bad);
   return markers;
+}
+
+// When what starts at `start` (s) ends.
+std::optional<double> parse_end(const Section& s, const char* what, double start, Complaints& bad) {
+  const std::optional<double> end = optional_number(s, "end");
+  if (end.value_or(INFINITY) <= start)
+    bad.push_back(s.error("end", fmt::format("the {} ends before it starts", what),
+                          fmt::format("it starts at {:f} s", start)));
+  return end;
+}
+
+WaterSource parse_source(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  WaterSource source;
+  const auto [box, ball] = parse_place(s, bad);
+  if (box) source.low = box->low, source.high = box->high;
+  if (ball) {
+    const Vec3 arm = Vec3::Constant(ball->radius);
+    source.ball = true, source.low = ball->centre - arm, source.high = ball->centre + arm;
+  }
+  source.velocity = s.vec3("velocity");
+  source.start = s.number("start");
+  source.end = parse_end(s, "source", source.start, bad).value_or(source.end);
+  if (!scene.fluid) {
+    bad.push_back(s.error("", "a source needs a tank", "give [fluid]"));
+    return source;
+  }
+  if (!box && !ball) return source;
+  const Vec3 low = scene.fluid->origin, high = scene.fluid->high();
+  if ((source.high.array() <= low.array()).any() || (source.low.array() >= high.array()).any())
+    bad.push_back(s.error(ball ? "centre" : "box", "the source is not in the tank",
+                          fmt::format("that reaches from ({:f}, {:f}, {:f}) to ({:f}, {:f}, {:f})",
+                                      low[0], low[1], low[2], high[0], high[1], high[2])));
+  const double thin = (source.high - source.low).minCoeff(), cell = scene.fluid->cell;
+  if (thin < 2.0 * cell)
+    bad.push_back(
+        s.error(ball ? "radius" : "box", "the source is thinner than two cells",
+                fmt::format("make it at least {:f} m thick, or the cells smaller", 2.0 * cell)));
+  return source;
 }
 
 // Behind those before it, whose names are taken.
@@ -368,15 +415,6 @@ ActuationDirection parse_direction(const Section& s, Complaints& bad) {
   return {word == "radial" ? Kind::kRadial : word == "inward" ? Kind::kInward : Kind::kNormal};
 }
 
-// When what starts at `start` (s) ends.
-std::optional<double> parse_end(const Section& s, const char* what, double start, Complaints& bad) {
-  const std::optional<double> end = optional_number(s, "end");
-  if (end.value_or(INFINITY) <= start)
-    bad.push_back(s.error("end", fmt::format("the {} ends before it starts", what),
-                          fmt::format("it starts at {:f} s", start)));
-  return end;
-}
-
 Motor parse_motor(const Section& s, const SceneSpec& scene, Complaints& bad) {
   Motor motor;
   std::tie(motor.a, motor.b) = parse_bodies(s, scene, bad);
@@ -568,6 +606,8 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.markers.push_back(parse_markers(s, scene, bad));
   for (const Section& s : root.sections("gauge"))
     scene.gauges.push_back(parse_gauge(s, scene, bad));
+  for (const Section& s : root.sections("source"))
+    scene.sources.push_back(parse_source(s, scene, bad));
   for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
   for (const Section& s : root.sections("skin")) scene.skins.push_back(parse_skin(s, scene, bad));
   demand_one_skin_each(scene, bad);

@@ -268,7 +268,8 @@ SimulationOptions simulation_options(const SceneSpec& scene) {
   options.gravity = scene.gravity;
   if (scene.fluid) {
     options.grid = tank_grid(*scene.fluid);
-    options.has_water = has_water(scene.fluid->water);
+    options.has_water = has_water(scene.fluid->water) || !scene.sources.empty();
+    options.sources = scene.sources;
     options.water_density = scene.fluid->density;
     options.reference_point = scene.fluid->origin;
     options.reference_point[2] = highest_water(*scene.fluid);

@@ -657,6 +657,45 @@ Keys spring_keys() {
        .meaning = "a rope: it pulls where it is longer than that, and never pushes"}};
 }
 
+Keys source_keys() {
+  return {
+      {.path = "source[]",
+       .type = kTables,
+       .fallback = "absent",
+       .meaning = "water that comes into the tank: a box or a ball that is full of water of one "
+                  "velocity at the start of every step"},
+      {.path = "source[].box",
+       .type = kPoints,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "two corners; or centre and radius"},
+      {.path = "source[].centre",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "source[].radius",
+       .unit = "m",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "of a ball"},
+      {.path = "source[].velocity",
+       .type = kVec3,
+       .unit = "m/s",
+       .fallback = "required",
+       .meaning = "of the water"},
+      {.path = "source[].start",
+       .unit = "s",
+       .range = at_least(0),
+       .fallback = "0.0",
+       .meaning = "nothing comes before"},
+      {.path = "source[].end",
+       .unit = "s",
+       .range = above(0),
+       .fallback = "absent",
+       .meaning = "nothing comes after; absent = it goes on"}};
+}
+
 Keys wavemaker_keys() {
   return {{.path = "wavemaker[]",
            .type = kTables,
@@ -916,6 +955,7 @@ const Schema& scene_schema() {
                              fluid_keys(),
                              marker_keys(),
                              gauge_keys(),
+                             source_keys(),
                              coupling_keys(),
                              body_keys(),
                              instance_keys("body[]"),

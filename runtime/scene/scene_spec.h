@@ -233,6 +233,7 @@ struct SceneSpec {
   std::optional<FluidSpec> fluid;
   std::vector<MarkersSpec> markers;
   std::vector<Gauge> gauges;
+  std::vector<WaterSource> sources;
   std::vector<BodySpec> bodies;  // of [[body]], and the parts of skins behind them
   std::vector<SkinSpec> skins;
   std::vector<ScatterSpec> scatters;

@@ -36,6 +36,9 @@ particles = { per_cell = 8 }
 [[markers]]
 count = 20
 box = [[0, 0, 0], [1, 1, 0.5]]
+[[source]]
+box = [[0.1, 0.1, 0.7], [0.3, 0.3, 0.9]]
+velocity = [0, 0, -0.5]
 [coupling]
 tolerance = 1e-6
 [[body]]

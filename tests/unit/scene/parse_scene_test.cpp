@@ -53,6 +53,15 @@ radius = 0.5
 [[gauge]]
 name = "wall-1"
 point = [-1, 0.2, 1.5]
+[[source]]
+box = [[-1, 0, 2], [-0.5, 1, 3]]
+velocity = [1, 0, -2]
+start = 0.25
+end = 0.75
+[[source]]
+centre = [-0.5, 0.5, 2]
+radius = 0.25
+velocity = [0, 1, 0]
 [coupling]
 geometry = "voxel"
 surface = "full"
@@ -531,6 +540,31 @@ TEST(ParseScene, MotorsTurnOneBodyAgainstAnother) {
                   "the motor ends before it starts");
 }
 
+TEST(ParseScene, SourcesAreBoxesOrBalls) {
+  const std::vector<WaterSource> both = parse(kEverything).sources;
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_FALSE(both[0].ball);
+  EXPECT_EQ(both[0].high, Vec3(-0.5, 1, 3));
+  EXPECT_EQ(both[0].velocity, Vec3(1, 0, -2));
+  EXPECT_TRUE(both[0].pours(0.25));
+  EXPECT_FALSE(both[0].pours(0.75));
+  EXPECT_TRUE(both[1].ball);
+  EXPECT_EQ(both[1].low, Vec3(-0.75, 0.25, 1.75));
+  EXPECT_DOUBLE_EQ(both[1].distance(Vec3(-0.5, 0.5, 2.5)), 0.25);
+  EXPECT_EQ(both[1].end, INFINITY);
+  const std::string tank = "[fluid]\ngrid = [8, 8, 8]\ncell = 0.1\n";
+  const std::string head = "[[source]]\nvelocity = [1, 0, 0]\n";
+  const std::string box = "box = [[0, 0, 0], [0.4, 0.4, 0.4]]\n";
+  expect_contains(complaint(head + box), "a source needs a tank");
+  expect_contains(complaint(tank + head), "expected a box, or centre and radius");
+  expect_contains(complaint(tank + head + box + "radius = 1\n"), "expected a box, or");
+  expect_contains(complaint(tank + head + "box = [[0, 0, 0], [0.4, 0.4, 0.15]]\n"),
+                  "thinner than two cells");
+  expect_contains(complaint(tank + head + "centre = [2, 0, 0]\nradius = 0.3\n"), "not in the tank");
+  expect_contains(complaint(tank + head + box + "start = 2\nend = 1\n"),
+                  "the source ends before it starts");
+}
+
 TEST(ParseScene, WaveMakersAreToldAHeightOrAStroke) {
   const std::vector<WavemakerSpec> both = parse(kEverything).wavemakers;
   ASSERT_EQ(both.size(), 2u);
@@ -635,8 +669,8 @@ TEST(ParseScene, AnEmptyWaterTableIsRefused) {
 }
 
 TEST(ParseScene, OverridesReachEverySection) {
-  const SceneSpec s = parse(
-      kEverything, {"fluid.grid=[2, 2, 4]", "body.modes=0", "time.end=1.0", "scatter[0].count=9"});
+  const SceneSpec s = parse(kEverything, {"fluid.grid=[2, 2, 4]", "body.modes=0", "time.end=1.0",
+                                          "scatter[0].count=9", "source=absent"});
   EXPECT_EQ(s.fluid->cells, Vec3i(2, 2, 4));
   EXPECT_EQ(s.bodies.at(0).modes, 0);
   EXPECT_EQ(s.end_time, 1.0);

@@ -1,0 +1,99 @@
+#include "runtime/fluid/water_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/fluid/surface_refit.h"
+
+namespace archetide {
+namespace {
+
+constexpr int kAround = 2;  // cells in which a source changes what they hold
+
+// Points of a lattice (cell centres, or the faces of an axis) in and around a source.
+struct Range {
+  Vec3i low, high;  // [low, high)
+};
+
+Range around(const Grid& g, const WaterSource& source, int margin, const Vec3i& size) {
+  const Vec3 first = (source.low - g.origin) / g.dx, last = (source.high - g.origin) / g.dx;
+  Range r;
+  for (int a = 0; a < 3; ++a) {
+    r.low[a] = static_cast<int>(std::clamp(std::floor(first[a]) - margin, 0.0, double(size[a])));
+    r.high[a] =
+        static_cast<int>(std::clamp(std::ceil(last[a]) + margin + 1.0, 0.0, double(size[a])));
+  }
+  return r;
+}
+
+template <class F>
+void for_each_in(const Range& r, F&& f) {
+  for (int k = r.low[2]; k < r.high[2]; ++k)
+    for (int j = r.low[1]; j < r.high[1]; ++j)
+      for (int i = r.low[0]; i < r.high[0]; ++i) f(i, j, k);
+}
+
+// What faces around the source carry is added `times` so often.
+void add_motion(const Grid& g, const WaterSource& source, const Array3<double>& held,
+                const MacField& u, double times, FilledSource& sum) {
+  const double cell = times * g.dx * g.dx * g.dx;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3i step = Vec3i::Unit(a), size(u[a].nx(), u[a].ny(), u[a].nz());
+    for_each_in(around(g, source, kAround + 1, size), [&](int i, int j, int k) {
+      const Vec3i low = Vec3i(i, j, k) - step;
+      double mass = held.contains(i, j, k) ? held(i, j, k) : 0.0;
+      if (held.contains(low[0], low[1], low[2])) mass += held(low[0], low[1], low[2]);
+      const double speed = u[a](i, j, k), carried = 0.5 * cell * mass * speed;
+      sum.P[a] += carried;
+      sum.L += carried * g.face_centre(a, i, j, k).cross(Vec3::Unit(a));
+      sum.kinetic += 0.5 * carried * speed;
+    });
+  }
+}
+
+void set_velocity_in(const Grid& g, const WaterSource& source, const std::vector<MacField*>& fields,
+                     FaceField<unsigned char>& valid) {
+  for (int a = 0; a < 3; ++a) {
+    const Vec3i size(valid[a].nx(), valid[a].ny(), valid[a].nz());
+    for_each_in(around(g, source, 1, size), [&](int i, int j, int k) {
+      if (source.distance(g.face_centre(a, i, j, k)) > 0.0) return;
+      for (MacField* u : fields) (*u)[a](i, j, k) = source.velocity[a];
+      valid[a](i, j, k) = 1;
+    });
+  }
+}
+
+}  // namespace
+
+double WaterSource::distance(const Vec3& x) const {
+  if (ball) return (x - 0.5 * (low + high)).norm() - 0.5 * (high - low)[0];
+  const Vec3 outside = (low - x).cwiseMax(x - high);
+  return outside.cwiseMax(0.0).norm() + std::min(outside.maxCoeff(), 0.0);
+}
+
+FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<double>& solid,
+                         Array3<double>& phi, Array3<double>& held, MacField& u,
+                         const std::vector<MacField*>& others, FaceField<unsigned char>& valid) {
+  constexpr int kBand = 10;  // cells, as far as a level set is one of distances
+  const double cell = g.dx * g.dx * g.dx;
+  const Vec3i size(g.nx, g.ny, g.nz);
+  FilledSource gained;
+  add_motion(g, source, held, u, -1.0, gained);
+  for_each_in(around(g, source, kBand, size), [&](int i, int j, int k) {
+    double& here = phi(i, j, k);
+    here = std::min(here, source.distance(g.cell_centre(i, j, k)));
+  });
+  for_each_in(around(g, source, kAround, size), [&](int i, int j, int k) {
+    const std::size_t n = held.index(i, j, k);
+    const double now = held_by_surface(g, phi, solid, i, j, k, n), came = cell * (now - held[n]);
+    gained.volume += came, gained.moment += came * g.cell_centre(i, j, k);
+    held[n] = now;
+  });
+  std::vector<MacField*> fields = others;
+  fields.push_back(&u);
+  set_velocity_in(g, source, fields, valid);
+  add_motion(g, source, held, u, 1.0, gained);
+  return gained;
+}
+
+}  // namespace archetide

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/grid/grid.h"
+
+namespace archetide {
+
+/// Water that comes into the tank: a box or a ball that is full of it at the start of every step, all
+/// of it at one velocity.
+struct WaterSource {
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // m; of a ball the cube around it
+  bool ball = false;
+  Vec3 velocity = Vec3::Zero();        // m/s
+  double start = 0.0, end = INFINITY;  // s
+
+  bool pours(double t) const { return t > start - 1e-9 && t < end - 1e-9; }
+  double distance(const Vec3& x) const;  // signed, negative inside, m
+};
+
+/// What the water has gained by a source, over its density: volume, m^3, its first moment, m^4,
+/// momentum, angular momentum about the origin (of a face half of what both its cells hold) and kinetic
+/// energy.
+struct FilledSource {
+  double volume = 0.0, kinetic = 0.0;
+  Vec3 moment = Vec3::Zero(), P = Vec3::Zero(), L = Vec3::Zero();
+};
+/// Fills it: phi and what cells hold (dx^3) there and around, and its velocity on the faces in it, in u
+/// and the other fields; they count as solved for (valid = 1).
+FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<double>& solid,
+                         Array3<double>& phi, Array3<double>& held, MacField& u,
+                         const std::vector<MacField*>& others, FaceField<unsigned char>& valid);
+
+}  // namespace archetide
