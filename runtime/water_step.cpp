@@ -332,22 +332,26 @@ bool WaterStep::pours() const {
 WaterStep::Poured WaterStep::pour(const Coupling& coupling) {
   Poured poured;
   const Grid& g = grid_;
-  std::vector<MacField*> others = {&u_half_};
-  if (single()) others.push_back(&u_last_);
+  std::vector<MacField*> fields = {&fluid_.u, &u_half_};
+  if (single()) fields.push_back(&u_last_);
   const double density = options_.water_density;
+  const HeldMotion before = held_motion(g, held_, fluid_.u);
   for (const WaterSource& source : options_.sources) {
     if (!source.pours(fluid_.time)) continue;
-    const FilledSource gained =
-        fill_source(g, source, coupling.solids().cell, fluid_.phi, held_, fluid_.u, others, valid_);
-    poured_ += gained.volume;
-    poured.motion += {density * gained.P, density * gained.L, density * gained.kinetic};
-    poured.energy += density * (gained.kinetic - options_.gravity.dot(gained.moment));
+    const FilledSource came =
+        fill_source(g, source, coupling.solids().cell, fluid_.phi, held_, fields, valid_);
+    poured_ += came.volume;
+    poured.energy -= density * options_.gravity.dot(came.moment);
   }
   mark_deep_faces(g, fluid_.phi, deep_);
   for (int a = 0; a < 3; ++a)
     for (std::size_t n = 0; n < valid_[a].size(); ++n) valid_[a][n] = valid_[a][n] == 1;
   extrapolate(coupling, {&fluid_.u});
   mark_for_advection(coupling);
+  const HeldMotion now = held_motion(g, held_, fluid_.u);
+  poured.motion = {density * (now.P - before.P), density * (now.L - before.L),
+                   density * (now.kinetic - before.kinetic)};
+  poured.energy += poured.motion.kinetic;
   return poured;
 }
 

@@ -33,24 +33,6 @@ void for_each_in(const Range& r, F&& f) {
       for (int i = r.low[0]; i < r.high[0]; ++i) f(i, j, k);
 }
 
-// What faces around the source carry is added `times` so often.
-void add_motion(const Grid& g, const WaterSource& source, const Array3<double>& held,
-                const MacField& u, double times, FilledSource& sum) {
-  const double cell = times * g.dx * g.dx * g.dx;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3i step = Vec3i::Unit(a), size(u[a].nx(), u[a].ny(), u[a].nz());
-    for_each_in(around(g, source, kAround + 1, size), [&](int i, int j, int k) {
-      const Vec3i low = Vec3i(i, j, k) - step;
-      double mass = held.contains(i, j, k) ? held(i, j, k) : 0.0;
-      if (held.contains(low[0], low[1], low[2])) mass += held(low[0], low[1], low[2]);
-      const double speed = u[a](i, j, k), carried = 0.5 * cell * mass * speed;
-      sum.P[a] += carried;
-      sum.L += carried * g.face_centre(a, i, j, k).cross(Vec3::Unit(a));
-      sum.kinetic += 0.5 * carried * speed;
-    });
-  }
-}
-
 void set_velocity_in(const Grid& g, const WaterSource& source, const std::vector<MacField*>& fields,
                      FaceField<unsigned char>& valid) {
   for (int a = 0; a < 3; ++a) {
@@ -72,28 +54,51 @@ double WaterSource::distance(const Vec3& x) const {
 }
 
 FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<double>& solid,
-                         Array3<double>& phi, Array3<double>& held, MacField& u,
-                         const std::vector<MacField*>& others, FaceField<unsigned char>& valid) {
+                         Array3<double>& phi, Array3<double>& held,
+                         const std::vector<MacField*>& fields, FaceField<unsigned char>& valid) {
   constexpr int kBand = 10;  // cells, as far as a level set is one of distances
   const double cell = g.dx * g.dx * g.dx;
   const Vec3i size(g.nx, g.ny, g.nz);
-  FilledSource gained;
-  add_motion(g, source, held, u, -1.0, gained);
   for_each_in(around(g, source, kBand, size), [&](int i, int j, int k) {
     double& here = phi(i, j, k);
     here = std::min(here, source.distance(g.cell_centre(i, j, k)));
   });
+  FilledSource came;
   for_each_in(around(g, source, kAround, size), [&](int i, int j, int k) {
     const std::size_t n = held.index(i, j, k);
-    const double now = held_by_surface(g, phi, solid, i, j, k, n), came = cell * (now - held[n]);
-    gained.volume += came, gained.moment += came * g.cell_centre(i, j, k);
+    const double now = held_by_surface(g, phi, solid, i, j, k, n), more = cell * (now - held[n]);
+    came.volume += more, came.moment += more * g.cell_centre(i, j, k);
     held[n] = now;
   });
-  std::vector<MacField*> fields = others;
-  fields.push_back(&u);
   set_velocity_in(g, source, fields, valid);
-  add_motion(g, source, held, u, 1.0, gained);
-  return gained;
+  return came;
+}
+
+HeldMotion held_motion(const Grid& g, const Array3<double>& held, const MacField& u) {
+  std::vector<HeldMotion> planes(g.nz + 1);
+  const double cell = g.dx * g.dx * g.dx;
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k <= g.nz; ++k)
+    for (int a = 0; a < 3; ++a) {
+      if (k >= u[a].nz()) continue;
+      HeldMotion& sum = planes[k];
+      for (int j = 0; j < u[a].ny(); ++j)
+        for (int i = 0; i < u[a].nx(); ++i) {
+          const double speed = u[a](i, j, k);
+          if (speed == 0.0) continue;
+          const Vec3i low = Vec3i(i, j, k) - Vec3i::Unit(a);
+          double mass = held.contains(i, j, k) ? held(i, j, k) : 0.0;
+          if (held.contains(low[0], low[1], low[2])) mass += held(low[0], low[1], low[2]);
+          const double carried = 0.5 * cell * mass * speed;
+          sum.P[a] += carried;
+          sum.L += carried * g.face_centre(a, i, j, k).cross(Vec3(Vec3::Unit(a)));
+          sum.kinetic += 0.5 * carried * speed;
+        }
+    }
+  HeldMotion total;
+  for (const HeldMotion& plane : planes)
+    total.P += plane.P, total.L += plane.L, total.kinetic += plane.kinetic;
+  return total;
 }
 
 }  // namespace archetide

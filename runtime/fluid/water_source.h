@@ -18,17 +18,23 @@ struct WaterSource {
   double distance(const Vec3& x) const;  // signed, negative inside, m
 };
 
-/// What the water has gained by a source, over its density: volume, m^3, its first moment, m^4,
-/// momentum, angular momentum about the origin (of a face half of what both its cells hold) and kinetic
-/// energy.
+/// Water that has come in: its volume, m^3, and first moment about the origin, m^4.
 struct FilledSource {
-  double volume = 0.0, kinetic = 0.0;
-  Vec3 moment = Vec3::Zero(), P = Vec3::Zero(), L = Vec3::Zero();
+  double volume = 0.0;
+  Vec3 moment = Vec3::Zero();
 };
-/// Fills it: phi and what cells hold (dx^3) there and around, and its velocity on the faces in it, in u
-/// and the other fields; they count as solved for (valid = 1).
+/// Fills it: phi and what cells hold (dx^3) there and around, and its velocity on the faces in it, in all
+/// fields; they count as solved for (valid = 1).
 FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<double>& solid,
-                         Array3<double>& phi, Array3<double>& held, MacField& u,
-                         const std::vector<MacField*>& others, FaceField<unsigned char>& valid);
+                         Array3<double>& phi, Array3<double>& held,
+                         const std::vector<MacField*>& fields, FaceField<unsigned char>& valid);
+
+/// Momentum, angular momentum about the origin and kinetic energy of the water over its density; of a
+/// face the mass is half of what both its cells hold. Threads do not change the sums.
+struct HeldMotion {
+  Vec3 P = Vec3::Zero(), L = Vec3::Zero();  // m^4/s, m^5/s
+  double kinetic = 0.0;                     // m^5/s^2
+};
+HeldMotion held_motion(const Grid& g, const Array3<double>& held, const MacField& u);
 
 }  // namespace archetide

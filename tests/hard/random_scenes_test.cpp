@@ -62,6 +62,22 @@ class RandomScene {
     if (chance(0.15)) options_.open_side[pick(4)] = true;  // of x or y
   }
 
+  // One or two that pour for a time.
+  void add_sources() {
+    for (int n = 1 + static_cast<int>(pick(2)); n > 0; --n) {
+      WaterSource source;
+      for (int a = 0; a < 3; ++a) {
+        source.low[a] = within(0.0, 0.6) * size_[a];
+        source.high[a] = source.low[a] + within(0.2, 0.4) * size_[a];
+        source.velocity[a] = within(-3.0, 3.0);
+      }
+      source.start = within(0.0, 0.3), source.end = source.start + within(0.2, 0.6);
+      top_ = std::max(top_, source.high[2]);
+      poured_speed_ = std::max(poured_speed_, source.velocity.norm());
+      options_.sources.push_back(source);
+    }
+  }
+
   Outcome run(double end) const {
     FluidState initial = water_where(options_.grid, [&](const Vec3& x) {
       double nearest = INFINITY;
@@ -77,16 +93,19 @@ class RandomScene {
     Simulation s(options_, initial, bodies_, obstacles_, {}, joints_, skins_);
     Outcome result;
     double first = 0.0, energy = 0.0;
-    const double fall = std::sqrt(2.0 * 9.81 * top_ + stream_.squaredNorm());
+    const double fall =
+        std::sqrt(2.0 * 9.81 * top_ + stream_.squaredNorm() + poured_speed_ * poured_speed_);
     while (s.time() < end) {
       const StepReport r = s.step(std::min(s.stable_dt(), 0.0416));
       const double water = r.accounted_volume() + r.volume_residual,
                    now = r.water_kinetic + r.body_kinetic + r.body_elastic + r.spray_kinetic +
-                         r.potential;
+                         r.potential - r.actuation_work;
       if (first == 0.0) first = water, energy = now;
       result.finite = result.finite && std::isfinite(now);
-      if (first > 0.0) result.kept = std::max(result.kept, std::abs(water / first - 1.0));
-      result.energy_rise = std::max(result.energy_rise, now / energy - 1.0);
+      if (first > 0.0)
+        result.kept = std::max(result.kept, std::abs(water - first) / (first + r.source_volume));
+      const double all = energy + std::max(r.actuation_work, 0.0);  // with what came
+      result.energy_rise = std::max(result.energy_rise, (now - energy) / all);
       result.speed = std::max(result.speed, r.max_speed / fall);
     }
     return result;
@@ -179,6 +198,7 @@ class RandomScene {
   Vec3 size_;
   double top_ = 0.0;
   Vec3 stream_ = Vec3::Zero();  // m/s
+  double poured_speed_ = 0.0;   // of sources, m/s
   std::vector<std::pair<Vec3, Vec3>> boxes_;
   std::vector<TriMesh> obstacles_;
   std::vector<ReducedBody> bodies_;
@@ -190,11 +210,13 @@ class RandomScene {
 // measured, `more` for how many scenes have more than 0.5 %: light bodies that leave the water, and
 // sheets below a cell.
 void run_scenes(unsigned first, int count, int most_cells, double end, int more, double most,
-                double most_speed = 4.0, Kinds kinds = Kinds::kModes) {
+                double most_speed = 4.0, Kinds kinds = Kinds::kModes, bool sources = false) {
   int rising = 0;
   double kept = 0.0, rise = 0.0, speed = 0.0;
   for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
-    const Outcome o = RandomScene(seed, most_cells, kinds).run(end);
+    RandomScene scene(seed, most_cells, kinds);
+    if (sources) scene.add_sources();
+    const Outcome o = scene.run(end);
     std::printf("seed %u: energy %+.2f %%, fastest %.2f, water %.1e\n", seed, 100 * o.energy_rise,
                 o.speed, o.kept);
     EXPECT_TRUE(o.finite) << seed;
@@ -233,6 +255,12 @@ TEST_P(RandomScenesOfBlobs, ObeyTheLaws) {
 }
 INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesOfBlobs, testing::Values(2000, 2040),
                          testing::PrintToStringParamName());
+
+// Water from sources on top of such scenes. Measured: 0.28 % (15 % while what
+// lies beside a source, and is set in motion with it, was not booked); 1.6 for the speed.
+TEST(RandomScenes, SourcesObeyTheLaws) {
+  run_scenes(3000, 10, 20, 0.8, 0, 0.005, 4.0, Kinds::kModes, true);
+}
 
 }  // namespace
 }  // namespace archetide
