@@ -98,6 +98,8 @@ bool has_type(const ParamNode& v, KeyType type) {
       return is_int_vec3(v);
     case KeyType::kPoints:
       return is_list_of(v, is_vec3);
+    case KeyType::kPointsOrString:
+      return is_string(v) || is_list_of(v, is_vec3);
     case KeyType::kIntegerOrString:
       return is_integer(v) || is_string(v);
     case KeyType::kVec3OrString:

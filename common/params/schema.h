@@ -21,6 +21,7 @@ enum class KeyType {
   kVec3,             // [x, y, z]
   kIntVec3,          // [i, j, k]
   kPoints,           // list of [x, y, z]
+  kPointsOrString,   // the same, or a string
   kIntegerOrString,  // an integer in range, or one of `choices`
   kVec3OrString,     // [x, y, z], or one of `choices`
   kTable,            // [section] or { ... }

@@ -45,6 +45,8 @@ std::string type_name(KeyType type) {
       return "[i, j, k] integers";
     case KeyType::kPoints:
       return "list of [x, y, z]";
+    case KeyType::kPointsOrString:
+      return "list of [x, y, z] or string";
     case KeyType::kIntegerOrString:
       return "integer or string";
     case KeyType::kVec3OrString:

@@ -369,6 +369,34 @@ WavemakerSpec parse_wavemaker(const Section& s, Complaints& bad) {
   return maker;
 }
 
+// Whether no line goes through all of them.
+bool span_a_plane(const std::vector<Vec3>& points) {
+  constexpr double kThin = 1e-6;  // sine of the angle that is still a line
+  for (const Vec3& p : points)
+    for (const Vec3& q : points) {
+      const Vec3 one = p - points[0], other = q - points[0];
+      if (one.cross(other).norm() > kThin * one.norm() * other.norm()) return true;
+    }
+  return false;
+}
+
+// A weld of the body that was parsed last with the world.
+JointSpec parse_clamp(const Section& s, const SceneSpec& scene, Complaints& bad) {
+  JointSpec clamp;
+  clamp.where = clamp.point_set_where = s.location("clamp");
+  clamp.name = s.shown("clamp");
+  clamp.a = static_cast<int>(scene.bodies.size()) - 1;
+  if (s.is_string("clamp")) {
+    clamp.point_set = s.string("clamp");
+    return clamp;
+  }
+  clamp.points = s.points("clamp");
+  if (!span_a_plane(clamp.points))
+    bad.push_back(s.error("clamp", "expected three points or more that are not on one line",
+                          "a [[joint]] with the world lets the body turn about fewer"));
+  return clamp;
+}
+
 JointSpec parse_joint(const Section& s, const SceneSpec& scene, Complaints& bad) {
   JointSpec joint;
   joint.where = s.location("bodies");
@@ -608,7 +636,10 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.gauges.push_back(parse_gauge(s, scene, bad));
   for (const Section& s : root.sections("source"))
     scene.sources.push_back(parse_source(s, scene, bad));
-  for (const Section& s : root.sections("body")) scene.bodies.push_back(parse_body(s, scene, bad));
+  for (const Section& s : root.sections("body")) {
+    scene.bodies.push_back(parse_body(s, scene, bad));
+    if (s.has("clamp")) scene.joints.push_back(parse_clamp(s, scene, bad));
+  }
   for (const Section& s : root.sections("skin")) scene.skins.push_back(parse_skin(s, scene, bad));
   demand_one_skin_each(scene, bad);
   int instances = static_cast<int>(scene.bodies.size());
@@ -620,8 +651,11 @@ SceneSpec to_scene(const Document& document, const std::string& path) {
     scene.statics.push_back(parse_static(s, scene, bad));
   for (const Section& s : root.sections("wavemaker"))
     scene.wavemakers.push_back(parse_wavemaker(s, bad));
-  for (const Section& s : root.sections("joint"))
+  int number = 0;
+  for (const Section& s : root.sections("joint")) {
     scene.joints.push_back(parse_joint(s, scene, bad));
+    scene.joints.back().name = fmt::format("[[joint]] {}", ++number);
+  }
   for (const Section& s : root.sections("force")) scene.forces.push_back(parse_force(s, bad));
   for (const Section& s : root.sections("spring"))
     scene.springs.push_back(parse_spring(s, scene, bad));

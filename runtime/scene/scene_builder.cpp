@@ -163,7 +163,7 @@ void demand_close(const SourceLocation& where, const char* tie, int b,
             "move the body or the point, or make the body rigid (modes = 0)"}});
 }
 
-void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
+void add_joint(const JointSpec& spec, BuiltScene& built) {
   if (built.options.scheme == Scheme::kSingle)
     throw InputError({{spec.where, "joints are not possible with step.scheme = \"single\"",
                        "use \"newmark\", two solves a step"}});
@@ -172,7 +172,7 @@ void add_joint(const JointSpec& spec, std::size_t number, BuiltScene& built) {
   const Joint& joint = built.joints.back();
   demand_close(spec.where, "joint", joint.a, joint.at_a, built);
   if (joint.b >= 0) demand_close(spec.where, "joint", joint.b, joint.at_b, built);
-  built.joint_names.push_back(fmt::format("[[joint]] {}", number));
+  built.joint_names.push_back(spec.name);
 }
 
 void add_spring(const SpringSpec& spec, BuiltScene& built) {
@@ -438,8 +438,7 @@ BuiltScene build_scene(const SceneSpec& scene, ArchetypeLibrary& library) {
   for (const WavemakerSpec& spec : scene.wavemakers)
     collect([&] { add_wavemaker(spec, scene, built); });
   if (bad.empty())
-    for (std::size_t n = 0; n < scene.joints.size(); ++n)
-      collect([&] { add_joint(scene.joints[n], n + 1, built); });
+    for (const JointSpec& spec : scene.joints) collect([&] { add_joint(spec, built); });
   if (bad.empty())
     for (const SpringSpec& spec : scene.springs) collect([&] { add_spring(spec, built); });
   built.motors = scene.motors;

@@ -351,16 +351,23 @@ Keys rotation_keys(const std::string& table) {
 }
 
 Keys body_keys() {
-  return {{.path = "body[]", .type = kTables, .fallback = "absent", .meaning = "one body"},
-          {.path = "body[].name",
-           .type = kString,
-           .fallback = "absent",
-           .meaning = "absent = the archetype's name"},
-          {.path = "body[].position",
-           .type = kVec3,
-           .unit = "m",
-           .fallback = "required",
-           .meaning = "of the centre of mass"}};
+  return {
+      {.path = "body[]", .type = kTables, .fallback = "absent", .meaning = "one body"},
+      {.path = "body[].name",
+       .type = kString,
+       .fallback = "absent",
+       .meaning = "absent = the archetype's name"},
+      {.path = "body[].position",
+       .type = kVec3,
+       .unit = "m",
+       .fallback = "required",
+       .meaning = "of the centre of mass"},
+      {.path = "body[].clamp",
+       .type = kPointsOrString,
+       .unit = "m",
+       .fallback = "absent",
+       .meaning = "held where it is at the start: a point set of its archetype, or three points "
+                  "or more of its rest frame, not on one line; the rest of it bends"}};
 }
 
 Keys scatter_keys() {

@@ -120,9 +120,10 @@ struct WavemakerSpec {
   std::optional<double> ramp, front;     // s; m from the side, at rest
 };
 
-/// One [[joint]]; its points are the union of what is given.
+/// One [[joint]], or the clamp of a body; its points are the union of what is given.
 struct JointSpec {
   SourceLocation where;
+  std::string name;          // "[[joint]] 2"
   int a = -1, b = -1;        // index of a [[body]]; b = -1: the world
   std::vector<Vec3> points;  // rest frame of a, m
   std::string frame;         // joint frame of a's archetype, or ""

@@ -80,6 +80,7 @@ angular_velocity = [1, 2, 3]
 density = 300
 modes = 7
 deformable = "modes"
+clamp = "foot"
 contact = { restitution = 0.9, friction = 0.05 }
 [[scatter]]
 archetype = "../special/star.h5"
@@ -289,7 +290,10 @@ TEST(ParseScene, TakesEveryKeyToItsPlace) {
   EXPECT_EQ(scatter.wave_interval, 0.4);
   EXPECT_FALSE(s.body_contact);  // contact.bodies = false
 
-  const JointSpec& joint = s.joints.at(0);
+  EXPECT_EQ(s.joints.at(0).name, "body[0].clamp");
+  EXPECT_EQ(s.joints.at(0).point_set, "foot");
+  const JointSpec& joint = s.joints.at(1);
+  EXPECT_EQ(joint.name, "[[joint]] 1");
   EXPECT_EQ(joint.a, 0);
   EXPECT_EQ(joint.b, -1);
   EXPECT_EQ(joint.points.at(1), Vec3(0, 0.2, 0));
@@ -429,6 +433,21 @@ TEST(ParseScene, JointsNameBodiesAndHavePoints) {
   expect_contains(
       complaint(two + twin + "[[joint]]\nbodies = [\"arm\", \"a\"]\npoints = [[0, 0, 0]]\n"),
       "two bodies are called \"a\"");
+}
+
+TEST(ParseScene, ClampsHoldABodyByAPlane) {
+  const std::string body = "[[body]]\narchetype = \"a\"\nposition = [0, 0, 0]\n";
+  const SceneSpec s =
+      parse(body + body + "name = \"b\"\nclamp = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]]\n");
+  ASSERT_EQ(s.joints.size(), 1u);
+  EXPECT_EQ(s.joints[0].name, "body[1].clamp");
+  EXPECT_EQ(s.joints[0].a, 1);
+  EXPECT_EQ(s.joints[0].b, -1);
+  EXPECT_EQ(s.joints[0].points.size(), 4u);
+  for (const char* line : {"[[0, 0, 0], [1, 2, 3]]", "[[0, 0, 1], [0, 0, 1], [0, 0, 2]]", "[]"})
+    expect_contains(complaint(body + "clamp = " + line + "\n"),
+                    "body[0].clamp: expected three points or more that are not on one line");
+  expect_contains(complaint(body + "clamp = [1, 2, 3]\n"), "list of [x, y, z] or string");
 }
 
 TEST(ParseScene, ForcesHaveADirectionAndTimes) {

@@ -122,6 +122,20 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
         build("[step]\nscheme = \"single\"\n" + bodies + head + "points = [[0, 0, 0]]\n");
       }),
       "joints are not possible with step.scheme = \"single\"");
+  const BuiltScene held = build(
+      "[[body]]\narchetype = \"jointed\"\nposition = [1, 0, 0]\nmodes = 0\n"
+      "clamp = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\n" +
+      bodies.substr(bodies.find("[[body]]", 1)) + "[[joint]]\nbodies = [\"tetra\", \"world\"]\n" +
+      "points = [[0, 0, 0]]\n");
+  EXPECT_EQ(held.joint_names, (std::vector<std::string>{"body[0].clamp", "[[joint]] 1"}));
+  EXPECT_EQ(held.joints.at(0).b, -1);
+  EXPECT_EQ(held.joints.at(0).at_world.at(1), Vec3(2, 0, 0));
+  expect_contains(message_of<InputError>([&] {
+                    build(
+                        "[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n"
+                        "clamp = \"foot\"\n");
+                  }),
+                  "s.scene.toml:5:1: error: archetype jointed has no point set \"foot\"");
   const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [9, 0, 0]\n";
   expect_contains(message_of<InputError>([&] {
                     build("[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n" +
