@@ -135,7 +135,7 @@ TEST_F(BuildScene, JointsTakePointsFramesAndPointSets) {
                         "[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n"
                         "clamp = \"foot\"\n");
                   }),
-                  "s.scene.toml:5:1: error: archetype jointed has no point set \"foot\"");
+                  "s.scene.toml:7:9: error: archetype jointed has no point set \"foot\"");
   const std::string soft = "[[body]]\narchetype = \"tetra\"\nposition = [9, 0, 0]\n";
   expect_contains(message_of<InputError>([&] {
                     build("[[body]]\narchetype = \"jointed\"\nposition = [0, 0, 0]\nmodes = 0\n" +
