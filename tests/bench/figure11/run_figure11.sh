@@ -6,7 +6,7 @@ from=$1 bin=$2 out=$3
 mkdir -p "$out"
 quick=
 [ -z "$QUICK" ] || quick="--set fluid.grid=[64,64,32] --set fluid.cell=1/32 --set scatter[0].count=4
-  --set scatter[0].box=[[0.35,0.35,0.72],[1.65,1.65,0.8]] --set time.end=0.76"
+  --set scatter[0].box=[[0.35,0.35,0.62],[1.65,1.65,0.75]] --set time.end=0.76"
 set -f  # brackets are no patterns
 # What a run of the process holds, KiB, beside the frames that it has written.
 watch() {
