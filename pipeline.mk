@@ -300,11 +300,17 @@ scorecard: deps
 	  --sweep 'fluid.particles=absent,{per_cell=4},{per_cell=16},{per_cell=64}' || exit $$?; \
 	$(ARCHETIDE_BENCH_COARSE) -o '$(OUT)'/bench/contact \
 	  --sweep 'contact=absent,{restitution=0.1,friction=0.4}' || exit $$?; \
+	$(ARCHETIDE_BENCH) --until 2 --set fluid.particles.per_cell=4 -o '$(OUT)'/bench/paper \
+	  --sweep fluid.cell=1/64 --sweep coupling.geometry=cut-cell,voxel \
+	  --sweep coupling.modal_step=trapezoid,backward-euler --sweep coupling.modal_mass=exact,paper \
+	  --sweep 'fluid.particles=absent,{per_cell=64}' --reference fluid.cell=1/128 --reference coupling.geometry=cut-cell \
+	  --reference coupling.modal_step=trapezoid --reference coupling.modal_mass=exact --reference fluid.particles=absent \
+	  || exit $$?; \
 	$(ARCHETIDE_BENCH_CHAIN) -o '$(OUT)'/bench/joints --sweep 'joint=absent,[$(call \
 	  ARCHETIDE_HINGE,left,middle)],[$(call ARCHETIDE_HINGE,left,middle),$(call ARCHETIDE_HINGE,middle,right)]' \
 	  || exit $$?; \
 	'$(ARCHETIDE_SIM)' report '$(OUT)/scorecard.csv' \
-	  $(patsubst %,'$(OUT)/bench/%',geometry scheme cfl modes tolerance particles contact joints) \
+	  $(patsubst %,'$(OUT)/bench/%',geometry scheme cfl modes tolerance particles contact paper joints) \
 	  -o '$(OUT)/scorecard.html' || exit $$?; \
 	echo "scorecard: open $(OUT)/scorecard.html"; exit $$status
 

@@ -23,8 +23,11 @@ CouplingOptions coupling_options(const SimulationOptions& o, const WaterStep& wa
 }
 
 // A body does not appear inside another one: contact would fling both away. It waits until the
-// place is free, and those behind it in the line wait too.
+// place is free, and those behind it in the line wait too. What stands beside those that appear
+// with it is the scene's; what has come into the place is as bent as it is, and out of it when no
+// more than a part of that is left.
 bool place_is_free(const SimulationState& s, std::size_t n) {
+  constexpr double kLeft = 0.05;
   if (!s.body_contacts || s.release[n] <= 0.0) return true;
   const double cell = s.has_tank() ? s.options.grid.dx : INFINITY;
   const ReducedBody& next = s.waiting[n];
@@ -32,8 +35,13 @@ bool place_is_free(const SimulationState& s, std::size_t n) {
     return overlap_depth(b, next) > deepest_start(b, next, cell);
   };
   const auto before = s.waiting.begin() + static_cast<std::ptrdiff_t>(n);  // that appear with it
-  return std::none_of(s.bodies.begin(), s.bodies.end(), in_the_way) &&
-         std::none_of(s.waiting.begin(), before, in_the_way);
+  if (std::any_of(s.bodies.begin(), s.bodies.end(), in_the_way) ||
+      std::any_of(s.waiting.begin(), before, in_the_way))
+    return false;
+  std::vector<ReducedBody> there = s.bodies;
+  there.insert(there.end(), s.waiting.begin(), before + 1);
+  return s.body_contacts->depth_of_last(there, s.bodies.size()) <=
+         kLeft * deepest_start(next, next, cell);
 }
 
 }  // namespace

@@ -219,6 +219,18 @@ double BodyContacts::closing_target(const BodyContact& c, double dt) const {
   return recovery_speed(-c.gap - slack, dt, options_.gravity);
 }
 
+double BodyContacts::depth_of_last(const std::vector<ReducedBody>& bodies,
+                                   std::size_t others) const {
+  const int last = static_cast<int>(bodies.size()) - 1;
+  double depth = 0.0;
+  for (const BodyContact& c : find(bodies, std::vector<double>(bodies.size(), 0.0), 0.0, {}, {})) {
+    const auto [one, other] = std::minmax(c.a, c.b);
+    if (other == last && one >= 0 && one < static_cast<int>(others))
+      depth = std::max(depth, -c.gap);
+  }
+  return depth;
+}
+
 bool BodyContacts::sank_deeper(const GroupContacts& reachable, const Penetration& now,
                                double way) const {
   constexpr double kDeeper = 250.0;  // tolerances, a quarter of a cell: half of what is allowed

@@ -73,6 +73,9 @@ class BodyContacts {
   /// surfaces may have come closer, m; what went deeper than that is no matter of the step.
   bool sank_deeper(const GroupContacts& reachable, const Penetration& now, double way) const;
 
+  /// How deep the last of `bodies` stands in the first `others` of them, as they are bent, m.
+  double depth_of_last(const std::vector<ReducedBody>& bodies, std::size_t others) const;
+
   /// What the contacts of the last step pushed, the first guess of the next: part of the state.
   struct Memory {
     ContactForces position, velocity;

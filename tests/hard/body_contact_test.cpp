@@ -447,8 +447,8 @@ TEST(Overlap, ABodyThatIsDueInAnotherOneWaitsForItsPlace) {
   });
   EXPECT_EQ(late, 1);
   EXPECT_EQ(s.late_bodies(), 0);
-  // Free when a tenth of the radius overlaps: after 1.9 radii, within steps and the facets.
-  EXPECT_NEAR(appeared, 1.9 * a, 0.03);
+  // Free when 0.05 of a tenth of the radius overlaps: after 1.995 radii, within a step and facets.
+  EXPECT_NEAR(appeared, 1.995 * a, 0.015);
   expect_at_most("speed beyond that of the first body, m/s", fastest - 1.0, 1e-12);
 }
 
