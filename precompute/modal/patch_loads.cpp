@@ -24,7 +24,8 @@ MatX patch_loads(const TetMesh& mesh) {
   MatX loads = MatX::Zero(3 * Eigen::Index(mesh.nodes.size()), kLoads);
   for (int k = 0; k < kLoads; ++k) {
     const Vec3 centre = boundary[random() % boundary.size()].position;
-    const Vec3 traction(normal(random), normal(random), normal(random));
+    Vec3 traction;  // in one order: that of a call's arguments is the compiler's
+    for (int axis = 2; axis >= 0; --axis) traction[axis] = normal(random);
     for (const BoundaryPoint& p : boundary) {
       if ((p.position - centre).norm() > kRadius[k % 2] * size) continue;
       for (int i = 0; i < p.count; ++i)

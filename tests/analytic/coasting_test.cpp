@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/support/coasting_cases.h"
+#include "tests/support/random_vectors.h"
 
 namespace archetide {
 namespace {
@@ -21,7 +22,7 @@ Worst coast_from(int offsets, CoastOptions c) {
   std::uniform_real_distribution<double> cell(-0.5, 0.5);
   Worst worst;
   for (int n = 0; n < offsets; ++n) {
-    c.offset = Vec3(cell(random), cell(random), cell(random));
+    c.offset = random_vec3(cell, random);
     const CoastResult r = coast(c);
     worst.step = std::max(worst.step, r.worst_step);
     worst.mean += r.change / c.steps / offsets;

@@ -4,6 +4,7 @@
 
 #include "tests/support/dense_eq45.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/random_vectors.h"
 
 namespace archetide {
 namespace {
@@ -23,14 +24,11 @@ class MonolithicOracle : public ::testing::TestWithParam<Case> {};
 ReducedBody moving_body(const SyntheticBody& shape, int r, const Vec3& position,
                         std::mt19937& random) {
   std::normal_distribution<double> normal;
-  const auto vec = [&](double s) {
-    return Vec3(s * normal(random), s * normal(random), s * normal(random));
-  };
   ReducedBody body = make_body(shape.archetype, r);
   body.position = position;
-  body.rotation = Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
-  body.P = vec(20.0);
-  body.L = vec(2.0);
+  body.rotation = random_rotation(normal, random);
+  body.P = 20.0 * random_vec3(normal, random);
+  body.L = 2.0 * random_vec3(normal, random);
   for (int i = 0; i < r; ++i) body.q[i] = 0.05 * normal(random), body.q_dot[i] = normal(random);
   return body;
 }

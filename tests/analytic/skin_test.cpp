@@ -11,6 +11,7 @@
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dense_eq45.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/random_vectors.h"
 #include "tests/support/skinned_bar.h"
 #include "tests/support/water_scene.h"
 
@@ -175,8 +176,8 @@ TEST_P(SkinOracle, FastPathEqualsDenseEquation49) {
   for (ReducedBody& body : tank.bodies) {
     for (int i = 0; i < body.r; ++i)
       body.q[i] = 0.02 * normal(random), body.q_dot[i] = normal(random);
-    body.P = 3.0 * Vec3(normal(random), normal(random), normal(random));
-    body.L = 0.3 * Vec3(normal(random), normal(random), normal(random));
+    body.P = 3.0 * random_vec3(normal, random);
+    body.L = 0.3 * random_vec3(normal, random);
   }
   for (auto& component : tank.u.axis)
     for (std::size_t n = 0; n < component.size(); ++n) component[n] = normal(random);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/random_vectors.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
@@ -83,8 +84,7 @@ TetMesh blob_tets(unsigned seed, const Vec3& lengths, const Vec3i& cells) {
   // an eighth of the cell keeps every tet positive (checked where the mass matrix is summed)
   std::uniform_real_distribution<double> shift(-0.125, 0.125);
   const Vec3 cell = lengths.cwiseQuotient(cells.cast<double>());
-  for (Vec3& x : mesh.nodes)
-    x += cell.cwiseProduct(Vec3(shift(random), shift(random), shift(random)));
+  for (Vec3& x : mesh.nodes) x += cell.cwiseProduct(random_vec3(shift, random));
   recentre(mesh);
   return mesh;
 }

@@ -10,6 +10,7 @@
 #include "runtime/cut_cells/surface_sweep.h"
 #include "tests/support/coupled_tank.h"
 #include "tests/support/dry_body.h"
+#include "tests/support/random_vectors.h"
 #include "tests/support/synthetic_archetype.h"
 
 namespace archetide {
@@ -45,8 +46,9 @@ ReducedBody turned_body(const std::shared_ptr<const Archetype>& archetype, int n
   ReducedBody body = make_body(archetype, archetype->r());
   std::mt19937 random(n);
   std::uniform_real_distribution<double> u(-0.5, 0.5);
-  body.position = Vec3(u(random), u(random), u(random));
-  if (n % 2) body.rotation = Quat(1.0, u(random), u(random), u(random)).normalized();
+  body.position = random_vec3(u, random);
+  const Vec3 turn = random_vec3(u, random);
+  if (n % 2) body.rotation = Quat(1.0, turn[0], turn[1], turn[2]).normalized();
   return body;
 }
 

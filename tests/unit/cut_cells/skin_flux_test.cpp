@@ -5,6 +5,7 @@
 #include <random>
 
 #include "runtime/cut_cells/dual_faces.h"
+#include "tests/support/random_vectors.h"
 #include "tests/support/skinned_bar.h"
 
 namespace archetide {
@@ -43,10 +44,9 @@ SkinnedBar bent_bar() {
   std::normal_distribution<double> normal;
   for (ReducedBody& b : bar.bodies) {
     for (int i = 0; i < b.r; ++i) b.q[i] = 0.02 * normal(random);
-    b.position += 0.01 * Vec3(normal(random), normal(random), normal(random));
-    b.rotation =
-        (Quat(1.0, 0.1 * normal(random), 0.1 * normal(random), 0.1 * normal(random)) * b.rotation)
-            .normalized();
+    b.position += 0.01 * random_vec3(normal, random);
+    const Vec3 turn = 0.1 * random_vec3(normal, random);
+    b.rotation = (Quat(1.0, turn[0], turn[1], turn[2]) * b.rotation).normalized();
   }
   return bar;
 }

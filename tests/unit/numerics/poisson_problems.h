@@ -8,6 +8,7 @@
 
 #include "runtime/grid/grid.h"
 #include "runtime/numerics/poisson_matrix.h"
+#include "tests/support/random_vectors.h"
 
 namespace archetide::testing {
 
@@ -128,7 +129,7 @@ inline std::vector<Sphere> random_spheres(int count, int nx, int ny, int nz, uns
   const double size = std::min({nx, ny, nz});
   std::vector<Sphere> spheres;
   for (int s = 0; s < count; ++s)
-    spheres.push_back({Vec3(nx * unit(random), ny * unit(random), nz * unit(random)),
+    spheres.push_back({random_vec3(unit, random).cwiseProduct(Vec3(nx, ny, nz)),
                        size * (0.03 + 0.09 * unit(random))});
   return spheres;
 }

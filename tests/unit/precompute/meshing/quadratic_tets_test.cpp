@@ -10,6 +10,7 @@
 #include "precompute/base/tet_element.h"
 #include "precompute/meshing/tetrahedralize.h"
 #include "precompute/modal/elasticity.h"
+#include "tests/support/random_vectors.h"
 #include "tests/unit/precompute/shapes.h"
 
 namespace archetide {
@@ -50,7 +51,7 @@ TEST(ClosestPoint, AgreesWithTheSearchOverAllTriangles) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-0.5, 0.5);
   for (int i = 0; i < 200; ++i) {
-    const Vec3 x(uniform(random), uniform(random), uniform(random));
+    const Vec3 x = random_vec3(uniform, random);
     double nearest = 1e9;
     for (const Vec3i& t : surface.triangles)
       nearest = std::min(
