@@ -4,6 +4,7 @@
 #include <omp.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <filesystem>
 
 #include "common/base/memory.h"
@@ -160,7 +161,11 @@ int run(const Arguments& a) {
   const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
   const auto checkpoint = [&] {
     parts.progress = writer.progress();
-    checkpoints.write(writer.frame(), visit);
+    const double frames = parts.simulation.time() * scene.fps;
+    if (std::abs(frames - writer.frame()) < 1e-6 || parts.simulation.time() >= scene.end_time)
+      checkpoints.write(writer.frame(), visit);
+    else
+      checkpoints.write_stopped(visit);
   };
   try {
     const RunEnd end =

@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 
 const std::string kFormat = "archetide checkpoint";
 constexpr int kVersion = 13;
+const std::string kStopped = "stopped.h5";
 
 std::string folder_of(const std::string& run_folder) {
   return (fs::path(run_folder) / "checkpoint").string();
@@ -73,17 +74,28 @@ CheckpointIdentity checkpoint_identity(const std::string& scene_text,
 Checkpoints::Checkpoints(const std::string& run_folder, CheckpointIdentity identity, int keep)
     : folder_(folder_of(run_folder)), identity_(std::move(identity)), keep_(keep) {}
 
-std::string Checkpoints::write(int frame, const VisitState& visit) const {
+std::string Checkpoints::write(const std::string& name, const VisitState& visit) const {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) throw MachineError(folder_ + ": cannot be made: " + error.message());
-  const std::string path = folder_ + '/' + file_name(frame);
+  const std::string path = folder_ + '/' + name;
   write_state(path, identity_, visit);
-  write_file_atomically(folder_ + "/LATEST", file_name(frame) + '\n');
+  write_file_atomically(folder_ + "/LATEST", name + '\n');
+  return path;
+}
+
+std::string Checkpoints::write(int frame, const VisitState& visit) const {
+  const std::string path = write(file_name(frame), visit);
+  std::error_code ignored;
+  fs::remove(folder_ + '/' + kStopped, ignored);
   const std::vector<std::string> names = checkpoints_in(folder_);
   for (std::size_t n = 0; n + static_cast<std::size_t>(keep_) < names.size(); ++n)
-    fs::remove(folder_ + '/' + names[n], error);
+    fs::remove(folder_ + '/' + names[n], ignored);
   return path;
+}
+
+std::string Checkpoints::write_stopped(const VisitState& visit) const {
+  return write(kStopped, visit);
 }
 
 std::optional<std::string> latest_checkpoint(const std::string& run_folder) {
@@ -102,8 +114,11 @@ std::string checkpoint_of_frame(const std::string& run_folder, int frame) {
   const std::string path = folder_of(run_folder) + '/' + file_name(frame);
   if (fs::exists(path)) return path;
   const std::string there = others(folder_of(run_folder), "");
+  const bool stopped = fs::exists(folder_of(run_folder) + '/' + kStopped);
   throw FileError(path + ": no such file; " +
-                  (there.empty() ? "the run has no checkpoints" : "there are frames " + there));
+                  (!there.empty() ? "there are frames " + there
+                   : stopped      ? "there is only " + kStopped + ", for --resume auto"
+                                  : "the run has no checkpoints"));
 }
 
 void write_state(const std::string& path, const CheckpointIdentity& identity,

@@ -21,17 +21,21 @@ CheckpointIdentity checkpoint_identity(const std::string& scene_text,
 /// Lists everything that a run is made of, for both directions.
 using VisitState = std::function<void(StateArchive&)>;
 
-/// DIR/checkpoint/NNNNNN.h5 and LATEST, the name of the last of them. NNNNNN is the frame that was
-/// written last.
+/// DIR/checkpoint/NNNNNN.h5, of frames, stopped.h5, of a run that was stopped between two, until
+/// there is a later one; and LATEST, the name of the last of them.
 class Checkpoints {
  public:
-  /// Keeps the last `keep`.
+  /// Keeps the last `keep` of frames.
   Checkpoints(const std::string& run_folder, CheckpointIdentity identity, int keep);
 
   /// Atomic; returns the path. Throws MachineError.
   std::string write(int frame, const VisitState& visit) const;
+  /// Of a run that stops between two frames; the same.
+  std::string write_stopped(const VisitState& visit) const;
 
  private:
+  std::string write(const std::string& name, const VisitState& visit) const;
+
   std::string folder_;
   CheckpointIdentity identity_;
   int keep_;

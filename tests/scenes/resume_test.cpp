@@ -134,8 +134,9 @@ class RunProgram : public ::testing::Test {
 
   // Everything that two runs left: checkpoint, tables (without clocks) and frames.
   void expect_same_runs(const std::string& a, const std::string& b) const {
-    EXPECT_EQ(sha256_of_file(folder_ + a + "/checkpoint/000006.h5"),
-              sha256_of_file(folder_ + b + "/checkpoint/000006.h5"));
+    for (const char* name : {"/checkpoint/000004.h5", "/checkpoint/000006.h5"})
+      EXPECT_EQ(sha256_of_file(folder_ + a + name), sha256_of_file(folder_ + b + name)) << name;
+    EXPECT_FALSE(fs::exists(folder_ + b + "/checkpoint/stopped.h5"));
     EXPECT_EQ(read_whole_file(folder_ + a + "/bodies.csv"),
               read_whole_file(folder_ + b + "/bodies.csv"));
     const CsvTable first = read_csv(folder_ + a + "/stats.csv"),
@@ -168,6 +169,7 @@ TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
   // between two frames, then from there
   ASSERT_EQ(run(out("until") + " --until 0.2"), 75) << err();
   EXPECT_FALSE(fs::exists(folder_ + "until/done.stamp"));
+  EXPECT_TRUE(fs::exists(folder_ + "until/checkpoint/stopped.h5"));
   const Manifest stopped = read_manifest(folder_ + "until/manifest.json");
   ASSERT_EQ(run(out("until")), 0) << err();
   const Manifest resumed = read_manifest(folder_ + "until/manifest.json");
@@ -208,11 +210,14 @@ TEST_F(RunProgram, ResumedIsUninterruptedHoweverItWasStopped) {
 
 TEST_F(RunProgram, WhatCannotGoOnSaysWhy) {
   ASSERT_EQ(run(out("a") + " --until 0.2"), 75) << err();
-  const std::string checkpoint = folder_ + "a/checkpoint/000002.h5";
+  const std::string checkpoint = folder_ + "a/checkpoint/stopped.h5";
   EXPECT_EQ(run(out("a") + " --resume never"), 2);
   expect_err("holds a run already");
   EXPECT_EQ(run(out("a") + " --resume 5"), 4);
   expect_err("there are frames 2");
+  fs::remove(folder_ + "a/checkpoint/000002.h5");
+  EXPECT_EQ(run(out("a") + " --resume 5"), 4);
+  expect_err("there is only stopped.h5");
   EXPECT_EQ(run(out("a") + " --resume backwards"), 2);
 
   write_scene(std::string(kScene) + "iterations = 99\n");
@@ -223,7 +228,7 @@ TEST_F(RunProgram, WhatCannotGoOnSaysWhy) {
   const std::string whole = read_whole_file(checkpoint);
   fs::resize_file(checkpoint, whole.size() / 2);
   EXPECT_EQ(run(out("a")), 4);
-  expect_err("000002.h5");
+  expect_err("stopped.h5");
   std::string flipped = whole;
   flipped[whole.size() / 2] ^= 1;
   std::ofstream(checkpoint, std::ios::binary) << flipped;
