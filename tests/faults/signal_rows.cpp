@@ -28,7 +28,9 @@ std::string stop_by(int signal, Workshop& w, double share, std::string& figures)
   int stopped = 0;
   for (int n = 0; n < count; ++n) {
     fs::remove_all(w / "r");
-    const pid_t child = start(w.run_into("r"), w / "log");
+    Command c = w.run_into("r");
+    c.before = [] { ::signal(SIGHUP, SIG_DFL); };  // nohup has it ignored
+    const pid_t child = start(c, w / "log");
     // Before main() has begun, and the manifest says so, nobody may be listening.
     std::this_thread::sleep_for(std::chrono::duration<double>(w.uniform(0.05, w.run_seconds())));
     ::kill(child, signal);
@@ -39,7 +41,7 @@ std::string stop_by(int signal, Workshop& w, double share, std::string& figures)
     if (const std::string wrong = finish(w, "r"); !wrong.empty()) return wrong;
   }
   figures = fmt::format("{} of {} stopped", stopped, count);
-  return "";
+  return stopped == 0 && count == 20 ? "none was stopped" : "";
 }
 
 std::string hang_up(Workshop& w, double share, std::string& figures) {
