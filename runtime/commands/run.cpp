@@ -4,7 +4,6 @@
 #include <omp.h>
 #include <CLI/CLI.hpp>
 
-#include <cmath>
 #include <filesystem>
 
 #include "common/base/memory.h"
@@ -161,17 +160,18 @@ int run(const Arguments& a) {
   const Checkpoints checkpoints(a.out, identity, scene.checkpoint_keep);
   const auto checkpoint = [&] {
     parts.progress = writer.progress();
-    const double frames = parts.simulation.time() * scene.fps;
-    if (std::abs(frames - writer.frame()) < 1e-6 || parts.simulation.time() >= scene.end_time)
-      checkpoints.write(writer.frame(), visit);
-    else
-      checkpoints.write_stopped(visit);
+    checkpoints.write(writer.frame(), visit);
   };
   try {
     const RunEnd end =
         run_frames(parts.simulation, plan, run_events(scene, parts, writer, checkpoint));
     const bool whole = plan.end_time == scene.end_time;
-    if (end == RunEnd::kStopped || !whole || scene.checkpoints) checkpoint();
+    if (end == RunEnd::kStopped) {
+      parts.progress = writer.progress();
+      checkpoints.write_stopped(visit);
+    } else if (!whole || scene.checkpoints) {
+      checkpoint();
+    }
     return finish_run(end, whole, parts.expectations, parts.simulation, a, writer);
   } catch (const SimulationFailure& failure) {
     parts.progress = writer.progress();
