@@ -129,16 +129,18 @@ class RandomScene {
   }
   void add_obstacle() {
     const double x = within(0.1, 0.7) * size_[0], y = within(0.1, 0.7) * size_[1];
-    add_box(Vec3(x, y, -0.1),
-            Vec3(x + within(0.15, 0.3), y + within(0.15, 0.3), within(0.1, 0.6) * size_[2]));
+    const double height = within(0.1, 0.6) * size_[2], depth = within(0.15, 0.3),
+                 width = within(0.15, 0.3);
+    add_box(Vec3(x, y, -0.1), Vec3(x + width, y + depth, height));
   }
   void add_partition() {
-    const double x = within(0.3, 0.7) * size_[0];
-    add_box(Vec3(x, -0.1, -0.1),
-            Vec3(x + within(0.12, 0.3), size_[1] + 0.1, within(0.3, 1.1) * size_[2]));
+    const double x = within(0.3, 0.7) * size_[0], height = within(0.3, 1.1) * size_[2],
+                 width = within(0.12, 0.3);
+    add_box(Vec3(x, -0.1, -0.1), Vec3(x + width, size_[1] + 0.1, height));
   }
   Quat turn() {
-    return Quat(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0), 1.0).normalized();
+    const double z = within(-1.0, 1.0), y = within(-1.0, 1.0), x = within(-1.0, 1.0);
+    return Quat(x, y, z, 1.0).normalized();
   }
   void add_bodies() {
     const double densities[] = {50.0, 200.0, 500.0, 900.0, 2000.0};
@@ -178,8 +180,9 @@ class RandomScene {
     constexpr double kCut = 0.02, kBlend = 0.15;
     const Quat turned = turn();
     const Vec3 place = 0.5 * size_;
-    const SkinnedBar bar = skinned_bar({-0.3, kCut, 0.3}, kBlend, 0.0, chance(0.5) ? 3 : 0,
-                                       within(300.0, 1500.0), place, turned);
+    const double density = within(300.0, 1500.0);
+    const SkinnedBar bar =
+        skinned_bar({-0.3, kCut, 0.3}, kBlend, 0.0, chance(0.5) ? 3 : 0, density, place, turned);
     bodies_ = bar.bodies, skins_ = {bar.skin};
     const double w = 0.2 * SkinnedBar::kWidth;
     const auto at = [&](double y, double z) -> Vec3 { return place + turned * Vec3(kCut, y, z); };
