@@ -264,6 +264,11 @@ INSTANTIATE_TEST_SUITE_P(Slow, RandomScenesOfBlobs, testing::Values(2000, 2040),
 TEST(RandomScenes, SourcesObeyTheLaws) {
   run_scenes(3000, 10, 20, 0.8, 0, 0.005, 4.0, Kinds::kModes, true);
 }
+// Known miss [D93]: a source that starts around a light body at CFL 4 (3094, 2.47 %); two that pour
+// into one another (3115, 1.24 %). The next: 0.12 %; 2.5 for the speed.
+TEST(SlowRandomScenes, SourcesObeyTheLaws) {
+  run_scenes(3010, 150, 20, 0.8, 2, 0.03, 4.0, Kinds::kModes, true);
+}
 
 }  // namespace
 }  // namespace archetide
