@@ -135,18 +135,20 @@ fuzz:
 	FUZZ_SECONDS='$(FUZZ_SECONDS)' sh '$(ARCHETIDE_ROOT)tests/fuzz/run_fuzzers.sh' '$(BUILD)-address/bin' \
 	  '$(ARCHETIDE_ROOT)tests/fuzz/corpus' '$(OUT)/fuzz' $(TARGETS)
 
-# The fast tests, and three scenes on two threads, checked while they run. CHECK=address, thread: only that one. Leaks are
-# not looked for: libraries keep memory to the end. Races are looked for in the tests of what runs on several threads (but
+# The fast tests, but two that would take hours, and three scenes on two threads, checked while they run. CHECK=address,
+# thread: only that one. Leaks are not looked for: libraries keep memory to the end. Races are looked for in the tests of what runs on several threads (but
 # for test_unit_coupling, whose own operator new clashes with the checker's); without its tool archer the checker does not
 # know of the barriers of OpenMP.
 CHECK ?= address thread
+ARCHETIDE_LONG_CHECKED = Scorecard\.QuickRows|FullBodySteps\.
 ARCHETIDE_THREADED_TESTS := $(addprefix test_unit_,grid numerics fluid cut_cells pressure)
 ARCHETIDE_CHECK_SCENES = sh '$(ARCHETIDE_ROOT)tests/sanitize/run_scenes.sh' '$(BUILD)-$(1)/bin/archetide-sim' '$(ASSETS)' \
   '$(ARCHETYPES)' '$(OUT)/sanitize/$(1)'
 sanitize: $(CHECK:%=sanitize-%)
 sanitize-address:
 	$(call archetide_compile_checked,address,)
-	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast --output-on-failure -j$(JOBS)
+	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast -E '$(ARCHETIDE_LONG_CHECKED)' \
+	  --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
 	ASAN_OPTIONS=detect_leaks=0 $(call ARCHETIDE_CHECK_SCENES,address)
 	ASAN_OPTIONS=detect_leaks=0 sh '$(ARCHETIDE_ROOT)tests/sanitize/instruction_sets.sh' '$(ARCHETIDE_SIM)' \
@@ -189,7 +191,7 @@ $(ARCHETIDE_PRECOMPUTE) $(ARCHETIDE_SIM) &:
 # Cases that passed with these programs are not run again. CASES='H07 H12': only these.
 hard: deps
 	$(call archetide_compile)
-	QUICK='$(QUICK)' OMP_WAIT_POLICY=passive sh '$(ARCHETIDE_ROOT)tests/hard/run_cases.sh' \
+	QUICK='$(QUICK)' JOBS='$(JOBS)' OMP_WAIT_POLICY=passive sh '$(ARCHETIDE_ROOT)tests/hard/run_cases.sh' \
 	  '$(ARCHETIDE_ROOT)tests/hard/cases.txt' '$(BUILD)/bin' '$(OUT)/hard' $(CASES)
 
 # ---- Archetypes -----------------------------------------------------------------------------------------------------
