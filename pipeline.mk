@@ -15,7 +15,7 @@ RENDER ?=
 # Compile jobs and tests side by side (a core and 3 GiB of free memory each), and threads of a run (empty: all cores, shared
 # among the jobs of `make -j`).
 ifeq ($(origin JOBS),undefined)
-JOBS := $(shell n=$$(nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 3145728)}' /proc/meminfo); \
+JOBS := $(shell n=$$(env -u OMP_NUM_THREADS nproc); m=$$(awk '/^MemAvailable/ {print int($$2 / 3145728)}' /proc/meminfo); \
   [ "$$m" -ge "$$n" ] || n=$$m; echo $$(( n > 1 ? n : 1 )))
 endif
 THREADS ?=

@@ -74,6 +74,15 @@ FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<
   return came;
 }
 
+void forget_around(const Grid& g, const WaterSource& source, int cells,
+                   FaceField<unsigned char>& marks) {
+  for (int a = 0; a < 3; ++a) {
+    const Vec3i size(marks[a].nx(), marks[a].ny(), marks[a].nz());
+    for_each_in(around(g, source, cells, size),
+                [&](int i, int j, int k) { marks[a](i, j, k) = 0; });
+  }
+}
+
 HeldMotion held_motion(const Grid& g, const Array3<double>& held, const MacField& u) {
   std::vector<HeldMotion> planes(g.nz + 1);
   const double cell = g.dx * g.dx * g.dx;

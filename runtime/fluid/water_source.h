@@ -29,6 +29,10 @@ FilledSource fill_source(const Grid& g, const WaterSource& source, const Array3<
                          Array3<double>& phi, Array3<double>& held,
                          const std::vector<MacField*>& fields, FaceField<unsigned char>& valid);
 
+/// Sets the marks of faces up to so many cells around it to 0.
+void forget_around(const Grid& g, const WaterSource& source, int cells,
+                   FaceField<unsigned char>& marks);
+
 /// Momentum, angular momentum about the origin and kinetic energy of the water over its density; of a
 /// face the mass is half of what both its cells hold. Threads do not change the sums.
 struct HeldMotion {

@@ -84,6 +84,27 @@ TEST(Source, BooksWhatItBrings) {
   EXPECT_LT(rise, 1e-9 * largest);
 }
 
+// A jet into a dry tank in steps in which the water moves by a sixth of a cell: what splashes is not
+// touched by the source. Measured: 2.7 %, as the jet strikes the floor; 21 % when what lies farther
+// than three cells from the source was continued anew as well.
+TEST(Source, LeavesDistantWaterAloneInShortSteps) {
+  SimulationOptions o = unit_tank(1);
+  o.grid = {20, 20, 16, 1.0 / 24, Vec3::Zero()};
+  WaterSource jet;
+  jet.low = Vec3::Constant(0.3), jet.high = Vec3::Constant(0.5), jet.ball = true;
+  jet.velocity = Vec3(1.5, 2.0, -2.9);
+  o.sources = {jet};
+  Simulation s(o, water_to(o.grid, 0.0), {}, {});
+  double lowest = INFINITY, rise = 0.0, largest = 0.0;
+  while (s.time() < 0.4) {
+    const StepReport r = s.step(std::min(s.stable_dt(), 0.0017));
+    const double energy = r.energy() - r.actuation_work;
+    lowest = std::min(lowest, energy);
+    rise = std::max(rise, energy - lowest), largest = std::max(largest, r.water_kinetic);
+  }
+  expect_at_most("rise of the energy / largest kinetic", rise / largest, 0.03);
+}
+
 // Under water it brings nothing, and drives what is there.
 TEST(Source, UnderWaterIsAPump) {
   SimulationOptions o = long_tank(12);

@@ -43,8 +43,8 @@ class Nightly : public testing::Test {
   std::string asked(const std::string& commit, const std::string& variables = "") {
     fs::remove(top_ / "said");
     const std::string script = (source_tree::root() / "tests/nightly/run_nightly.sh").string();
-    const std::string command = "cd '" + top_.string() + "' && " + variables + " sh '" + script +
-                                "' out " + commit + " ./make >printed 2>&1";
+    const std::string command = "cd '" + top_.string() + "' && PARTS= " + variables + " sh '" +
+                                script + "' out " + commit + " ./make >printed 2>&1";
     code_ = WEXITSTATUS(std::system(command.c_str()));
     return read("said");
   }
