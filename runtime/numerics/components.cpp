@@ -30,7 +30,7 @@ class RunSets {
     open_[std::min(a, b)] = open_[a] || open_[b];
   }
   void mark_open(int a) { open_[root(a)] = true; }
-  bool is_open(int a) { return open_[root(a)]; }
+  bool is_open(int a) { return open_[root(a)] != 0; }
 
  private:
   std::vector<int> parent_;
@@ -54,12 +54,13 @@ class Labelling {
       for (int j = 0; j < a.ny; ++j) mark_open_runs(j, k);
   }
 
-  std::vector<Blocks> closed_components() {
+  // Those that are open, or the others.
+  std::vector<Blocks> components(bool open) {
     std::vector<int> component_of(runs_.size(), -1);
     std::vector<Blocks> components;
     for (int row = 0; row < a_.ny * a_.nz; ++row)
       for (int r = first_run_[row]; r < first_run_[row + 1]; ++r) {
-        if (sets_.is_open(r)) continue;
+        if (sets_.is_open(r) != open) continue;
         int& component = component_of[sets_.root(r)];
         if (component < 0) {
           component = static_cast<int>(components.size());
@@ -69,6 +70,13 @@ class Labelling {
         components[component].add(start + runs_[r].begin, start + runs_[r].end);
       }
     return components;
+  }
+
+  // Whether the water is in several parts.
+  bool parted() {
+    for (int r = 1; r < static_cast<int>(runs_.size()); ++r)
+      if (sets_.root(r) != sets_.root(0)) return true;
+    return false;
   }
 
  private:
@@ -149,8 +157,11 @@ class Labelling {
 }  // namespace
 
 void ClosedComponents::setup(const PoissonOperator& op) {
-  cells_of_.clear();
-  if (op.size() > 0) cells_of_ = Labelling(op).closed_components();
+  cells_of_.clear(), open_.clear();
+  if (op.size() == 0) return;
+  Labelling labelling(op);
+  cells_of_ = labelling.components(false);
+  if (labelling.parted()) open_ = labelling.components(true);
 }
 
 void ClosedComponents::setup(const PoissonMatrix& matrix) {

@@ -17,6 +17,9 @@ class ClosedComponents {
   /// The same, faster, from an operator that is set up for the matrix.
   void setup(const PoissonOperator& op);
 
+  /// Where the water is in several parts: those that touch air or an open side.
+  const std::vector<Blocks>& open_parts() const { return open_; }
+
   bool empty() const { return cells_of_.empty(); }
   std::size_t count() const { return cells_of_.size(); }
   /// The cells of component c as index ranges, in order.
@@ -35,7 +38,7 @@ class ClosedComponents {
   void add_constant(std::size_t c, double s, double* v) const;
 
  private:
-  std::vector<Blocks> cells_of_;
+  std::vector<Blocks> cells_of_, open_;
 };
 
 /// A closed tank as a solvable operator for pcg: A with its null space, for water without moving

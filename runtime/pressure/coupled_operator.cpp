@@ -96,6 +96,30 @@ CoupledOperator::Body CoupledOperator::body_of(const Grid& g, const PressureSyst
 void CoupledOperator::setup_water(const PressureSystem& s) {
   water_.setup(s.matrix);
   closed_.setup(water_);
+  surface_weight_ = &s.surface_weight;
+}
+
+bool CoupledOperator::stands_still(const Blocks& part, const double* b, double most,
+                                   double& constant) const {
+  const double* weight = surface_weight_->data();
+  double sum = 0.0, weights = 0.0;
+  for (const Blocks::Range& range : part.ranges)
+    for (std::size_t n = range.begin; n < range.end; ++n) {
+      if (weight[n] == 0.0 && !(std::abs(b[n]) <= most)) return false;
+      sum += b[n], weights += weight[n];
+    }
+  constant = weights > 0.0 ? sum / weights : 0.0;
+  for (const Blocks::Range& range : part.ranges)
+    for (std::size_t n = range.begin; n < range.end; ++n)
+      if (!(std::abs(b[n] - constant * weight[n]) <= most)) return false;
+  const auto holds = [&](std::int64_t cell) {
+    const auto at = static_cast<std::size_t>(cell);
+    const auto after = std::ranges::upper_bound(part.ranges, at, {}, &Blocks::Range::begin);
+    return after != part.ranges.begin() && at < std::prev(after)->end;
+  };
+  return std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& body) {
+    return std::any_of(body.cell.begin(), body.cell.end(), holds);
+  });
 }
 
 void CoupledOperator::setup(const Grid& g, const PressureSystem& s, double density,

@@ -64,6 +64,9 @@ class CoupledOperator {
 
   const PoissonOperator& water() const { return water_; }
   const ClosedComponents& closed() const { return closed_; }
+  /// The part of the water, open to air and beside no body, that b leaves as it is: entries of A x - b
+  /// below `most` where x is a constant, which `constant` gives.
+  bool stands_still(const Blocks& part, const double* b, double most, double& constant) const;
   /// Whether any body lies beside a cell with an unknown; if not, the solve is that of water alone.
   bool touches_bodies() const;
   /// z += E (E^T A E)^+ E^T r over the indicators E of closed regions; the constants themselves.
@@ -131,6 +134,7 @@ class CoupledOperator {
 
   PoissonOperator water_;
   ClosedComponents closed_;
+  const Array3<double>* surface_weight_ = nullptr;  // of the system
   std::vector<Body> bodies_;
   // The cells of the grid that each thread adds to, [part_[t], part_[t + 1]): as many of bodies.
   std::vector<std::int64_t> part_;

@@ -1,5 +1,6 @@
 #include "runtime/pressure/coupled_pcg.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -19,11 +20,11 @@ constexpr double kUnseen = 0.01;
 // 48 bodies at density ratios 0.05 to 1, one at 1e-3, 64^3 and 128^3, against solves to 1e-12).
 constexpr double kTooLarge = 2.0;
 
-// f(place in the padded layout, cell of the grid, count) for each row of region c
+// f(place in the padded layout, cell of the grid, count) for each row of a region
 template <class F>
-void for_rows(const CoupledOperator& op, const PaddedLayout& l, std::size_t c, F&& f) {
+void for_rows(const CoupledOperator& op, const PaddedLayout& l, const Blocks& region, F&& f) {
   const PoissonMatrix& a = op.water().matrix();
-  for (const Blocks::Range& range : op.closed().cells(c).ranges) {
+  for (const Blocks::Range& range : region.ranges) {
     const Vec3i at = a.cell(static_cast<std::int64_t>(range.begin));
     f(l(at[0], at[1], at[2]), range.begin, range.end - range.begin);
   }
@@ -64,6 +65,7 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
   if (norm_b == 0.0) fill(op_->blocks(), 0.0, x);
   target_ = std::fmax(options.tolerance * norm_b, options.absolute);
   energy_target_ = 0.0;
+  find_still_parts(b, x);
 
   // Each round starts from the true residual; a round that ends early was the recursion's error.
   double residual = first_residual(b, x, norm_b);
@@ -83,6 +85,30 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
   report_.solve_seconds = watch.wall();
   report_.solve_cpu_seconds = watch.cpu();
   return report_;
+}
+
+// Eq. C18a.
+void CoupledPcg::find_still_parts(const double* b, double* x) {
+  constexpr double kShare = 1e-4;  // of the residual that is left elsewhere
+  still_.clear();
+  const double most = kShare * target_ / std::sqrt(static_cast<double>(op_->size()));
+  for (const Blocks& part : op_->closed().open_parts()) {
+    double constant;
+    if (!op_->stands_still(part, b, most, constant)) continue;
+    fill(part, constant, x);
+    still_.push_back(&part);
+  }
+}
+
+void CoupledPcg::hold_still(double* r) const {
+  for (const Blocks* part : still_) fill(*part, 0.0, r);
+}
+
+// z: padded.
+void CoupledPcg::hold_still(float* z) const {
+  for (const Blocks* part : still_)
+    for_rows(*op_, cycle_->layout(), *part,
+             [&](std::size_t at, std::size_t, std::size_t n) { std::fill_n(z + at, n, 0.0f); });
 }
 
 // |b| of its part in the range of A.
@@ -106,7 +132,11 @@ double CoupledPcg::round_off(const double* x) {
 
 // r = b - A x, returns |r|
 double CoupledPcg::true_residual(const double* b, double* x) {
-  const double square = steps_.residual(b, x, r_.data());
+  double square = steps_.residual(b, x, r_.data());
+  if (!still_.empty()) {
+    hold_still(r_.data());
+    square = steps_.square(r_.data());
+  }
   if (op_->bodies().empty() && op_->closed().empty()) return std::sqrt(square);
   response_ = op_->gather(x);
   op_->respond(response_);
@@ -119,6 +149,7 @@ double CoupledPcg::true_residual(const double* b, double* x) {
 double CoupledPcg::first_residual(const double* b, double* x, double norm_b) {
   if (!all_zero(op_->blocks(), x)) return true_residual(b, x);
   copy(op_->blocks(), b, r_.data());
+  hold_still(r_.data());
   op_->project(r_.data());
   return norm_b;
 }
@@ -156,12 +187,14 @@ void CoupledPcg::start_deflated(double residual, double* x) {
   gather(p_.data());
   respond();
   deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_, p_.data());
+  hold_still(p_.data());
   steps_.advance(1.0 / scale, p_.data(), x);
 }
 
 // z = V r in the cycle's iterate, both scaled; returns their product, and sets energy_.
 double CoupledPcg::precondition(double scale) {
   const double work = op_->closed().empty() ? cycle_->cycle() : cycle_with_closed(scale);
+  hold_still(cycle_->iterate());
   if (!op_->touches_bodies()) return work;
   gather(cycle_->iterate());
   energy_ = body_error(scale) + kUnseen * work / (scale * scale);
@@ -169,6 +202,7 @@ double CoupledPcg::precondition(double scale) {
   respond();
   deflation_->correct(op_->water(), cycle_->layout(), r_.data(), scale, response_,
                       cycle_->iterate());
+  hold_still(cycle_->iterate());
   return work;
 }
 
@@ -179,7 +213,7 @@ double CoupledPcg::cycle_with_closed(double scale) {
   const PaddedLayout& l = cycle_->layout();
   float *b = cycle_->rhs(), *z = cycle_->iterate();
   const auto add = [&](std::size_t c, float value, float* v) {
-    for_rows(*op_, l, c, [&](std::size_t at, std::size_t, std::size_t n) {
+    for_rows(*op_, l, closed.cells(c), [&](std::size_t at, std::size_t, std::size_t n) {
       for (std::size_t i = 0; i < n; ++i) v[at + i] += value;
     });
   };
@@ -189,7 +223,7 @@ double CoupledPcg::cycle_with_closed(double scale) {
   const VecX constant = scale * op_->closed_correction(r_.data());
   for (std::size_t c = 0; c < closed.count(); ++c) {
     double sum = 0.0;
-    for_rows(*op_, l, c, [&](std::size_t at, std::size_t, std::size_t n) {
+    for_rows(*op_, l, closed.cells(c), [&](std::size_t at, std::size_t, std::size_t n) {
       for (std::size_t i = 0; i < n; ++i) sum += z[at + i];
     });
     add(c, static_cast<float>(constant[c] - sum / static_cast<double>(closed.size(c))), z);

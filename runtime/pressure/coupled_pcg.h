@@ -28,6 +28,10 @@ struct CoupledPcgOptions {
 /// very light body's |b|_2 tells nothing: it holds F y*, and y* is up to 1 / (density ratio) times
 /// the velocity v that is left of it. So e . M e, with a rough M, is compared with v . M v; but
 /// where bodies hardly move in water that moves much, with a thousandth of the energy of the water.
+///
+/// Parts of the water, apart from the others, that nothing moves keep the constant that solves them
+/// (C18a): else the cycle, whose coarse cells lie on both sides of a wall, would stir them within the
+/// tolerance.
 class CoupledPcg {
  public:
   /// All of them must stay as they are until the solve is over; `cycle` is set up for op.water().
@@ -39,6 +43,9 @@ class CoupledPcg {
   std::size_t bytes() const;
 
  private:
+  void find_still_parts(const double* b, double* x);
+  void hold_still(double* r) const;
+  void hold_still(float* z) const;
   double norm_in_range(const double* b);
   double round_off(const double* x);
   double true_residual(const double* b, double* x);
@@ -62,6 +69,8 @@ class CoupledPcg {
   std::vector<float> p_;                         // padded
   std::vector<VecX> momentum_, response_;        // Fhat^T z of each body, and H^-1 of it
   std::vector<MatX> error_;                      // (H + M)^-1 M (H + M)^-1 of each body
+
+  std::vector<const Blocks*> still_;  // parts of the water that are left as they are
 
   CoupledPcgOptions options_;
   SolveReport report_;

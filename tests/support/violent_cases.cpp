@@ -79,9 +79,8 @@ ViolentResult two_pools(int n, double cfl, double end) {
       o,
       water_where(o.grid,
                   [](const Vec3& x) {
-                    return std::min({box_distance(x, {-9, -9, -9}, {0.9, 9, 0.4}),
-                                     box_distance(x, {1.1, -9, -9}, {9, 9, 0.4}),
-                                     box_distance(x, {0.2, 0.2, 0.7}, {0.7, 0.8, 1.1})});
+                    return std::min(x[2] - 0.4,
+                                    box_distance(x, {0.2, 0.2, 0.7}, {0.7, 0.8, 1.1}));
                   }),
       {}, {wall});
   return watch(simulation, end);

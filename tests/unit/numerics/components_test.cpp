@@ -49,6 +49,20 @@ TEST(ClosedComponents, AClosedWallSeparatesAndASliverJoins) {
   EXPECT_EQ(components_of(a).count(), 1u);
 }
 
+TEST(ClosedComponents, OpenPartsAreThoseOfPartedWater) {
+  PoissonMatrix a = make_matrix({6, 5, 4, 0.5});
+  EXPECT_TRUE(components_of(a).open_parts().empty());
+  for (int k = 0; k < a.nz; ++k)
+    for (int j = 0; j < a.ny; ++j) a.w[0](2, j, k) = 0.0;
+  const ClosedComponents two = components_of(a);
+  EXPECT_TRUE(two.empty());
+  ASSERT_EQ(two.open_parts().size(), 2u);
+  const std::size_t layers = two.open_parts()[0].entries / (2 * 5);
+  EXPECT_GT(layers, 0u);
+  EXPECT_EQ(two.open_parts()[0].entries, 2 * 5 * layers);
+  EXPECT_EQ(two.open_parts()[1].entries, 4 * 5 * layers);
+}
+
 TEST(ClosedComponents, AirBehindClosedFacesDoesNotOpen) {
   PoissonMatrix a = full_tank();
   a.kind(2, 2, 2) = CellKind::kDirichlet;
