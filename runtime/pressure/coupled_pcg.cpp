@@ -89,7 +89,7 @@ SolveReport CoupledPcg::solve(const double* b, double* x, const CoupledPcgOption
 
 // Eq. C18a.
 void CoupledPcg::find_still_parts(const double* b, double* x) {
-  constexpr double kShare = 1e-4;  // of the residual that is left elsewhere
+  constexpr double kShare = 1e-2;  // of the residual that is left elsewhere
   still_.clear();
   const double most = kShare * target_ / std::sqrt(static_cast<double>(op_->size()));
   for (const Blocks& part : op_->closed().open_parts()) {
