@@ -336,16 +336,20 @@ void WaterStep::continue_around_sources(const Coupling& coupling,
   constexpr int kAround = 3;  // cells
   const Grid& g = grid_;
   const MacField kept = fluid_.u;
-  for (int a = 0; a < 3; ++a)
+  for (int a = 0; a < 3; ++a) {
+#pragma omp parallel for schedule(static)
     for (std::size_t n = 0; n < valid_[a].size(); ++n) valid_[a][n] = valid_[a][n] == 1;
+  }
   extrapolate(coupling, {&fluid_.u});
   mark_for_advection(coupling);
   FaceField<unsigned char> keeps = had;
   for (const WaterSource& source : options_.sources)
     if (source.pours(fluid_.time)) forget_around(g, source, kAround, keeps);
-  for (int a = 0; a < 3; ++a)
+  for (int a = 0; a < 3; ++a) {
+#pragma omp parallel for schedule(static)
     for (std::size_t n = 0; n < keeps[a].size(); ++n)
       if (keeps[a][n] != 0) fluid_.u[a][n] = kept[a][n];
+  }
 }
 
 WaterStep::Poured WaterStep::pour(const Coupling& coupling) {
