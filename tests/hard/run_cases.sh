@@ -65,7 +65,7 @@ while IFS='|' read -r name what tests; do
   result=$(sed -n 's/^result: //p' "$log"); [ "$result" != FAILED ] || failed=1
   figures=$(sed -n 's/^measured: \(.*\) = \(.*\) (at most \(.*\))$/\1 \2 <= \3/p' "$log" | tail -n 3 | paste -sd ';' -)
   figures_csv "$name" "$what" "$result" "$log" >>"$out/hard.csv.part"
-  row "$name" "$what" "$result" "$(sed -n 's/^seconds: //p' "$log")" "$figures${waits:+ ($waits)}"
+  row "$name" "$what" "$result" "$(sed -n 's/^seconds: \([0-9]*\)$/\1/p' "$log" | tail -n 1)" "$figures${waits:+ ($waits)}"
 done <"$cases"
 mv "$out/hard.txt.part" "$out/hard.txt"
 mv "$out/hard.csv.part" "$out/hard.csv"
