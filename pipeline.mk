@@ -135,10 +135,10 @@ fuzz:
 	FUZZ_SECONDS='$(FUZZ_SECONDS)' sh '$(ARCHETIDE_ROOT)tests/fuzz/run_fuzzers.sh' '$(BUILD)-address/bin' \
 	  '$(ARCHETIDE_ROOT)tests/fuzz/corpus' '$(OUT)/fuzz' $(TARGETS)
 
-# The fast tests, but two that would take hours, and three scenes on two threads, checked while they run. CHECK=address,
-# thread: only that one. Leaks are not looked for: libraries keep memory to the end. Races are looked for in the tests of what runs on several threads (but
-# for test_unit_coupling, whose own operator new clashes with the checker's); without its tool archer the checker does not
-# know of the barriers of OpenMP.
+# The fast tests and three scenes on two threads, checked while they run. CHECK=address, thread: only that one.
+# Address: without the tests of ARCHETIDE_LONG_CHECKED, which would take hours. Leaks are not looked for: libraries keep
+# memory to the end. Races are looked for in the tests of what runs on several threads (but for test_unit_coupling, whose
+# own operator new clashes with the checker's); without its tool archer the checker does not know of the barriers of OpenMP.
 CHECK ?= address thread
 ARCHETIDE_LONG_CHECKED = Scorecard\.QuickRows|FullBodySteps\.
 ARCHETIDE_THREADED_TESTS := $(addprefix test_unit_,grid numerics fluid cut_cells pressure)

@@ -329,12 +329,10 @@ bool WaterStep::pours() const {
          });
 }
 
-// Continues the velocities that sources have set to the faces around. Elsewhere faces keep what they
-// had (`had` marks those): narrow ones, settled after the last continuation, would change it.
-void WaterStep::continue_around_sources(const Coupling& coupling,
-                                        const FaceField<unsigned char>& had) {
+// Continues the velocities that sources have set to the faces around. Elsewhere faces that had one
+// (marked in `keeps`) keep it: narrow ones, settled after the last continuation, would change it.
+void WaterStep::continue_around_sources(const Coupling& coupling, FaceField<unsigned char> keeps) {
   constexpr int kAround = 3;  // cells
-  const Grid& g = grid_;
   const MacField kept = fluid_.u;
   for (int a = 0; a < 3; ++a) {
 #pragma omp parallel for schedule(static)
@@ -342,9 +340,8 @@ void WaterStep::continue_around_sources(const Coupling& coupling,
   }
   extrapolate(coupling, {&fluid_.u});
   mark_for_advection(coupling);
-  FaceField<unsigned char> keeps = had;
   for (const WaterSource& source : options_.sources)
-    if (source.pours(fluid_.time)) forget_around(g, source, kAround, keeps);
+    if (source.pours(fluid_.time)) forget_around(grid_, source, kAround, keeps);
   for (int a = 0; a < 3; ++a) {
 #pragma omp parallel for schedule(static)
     for (std::size_t n = 0; n < keeps[a].size(); ++n)
@@ -359,7 +356,7 @@ WaterStep::Poured WaterStep::pour(const Coupling& coupling) {
   if (single()) fields.push_back(&u_last_);
   const double density = options_.water_density;
   const HeldMotion before = held_motion(g, held_, fluid_.u);
-  FaceField<unsigned char> had = valid_;
+  FaceField<unsigned char> had = valid_;  // a velocity
   for (const WaterSource& source : options_.sources) {
     if (!source.pours(fluid_.time)) continue;
     const FilledSource came =
@@ -368,7 +365,7 @@ WaterStep::Poured WaterStep::pour(const Coupling& coupling) {
     poured.energy -= density * options_.gravity.dot(came.moment);
   }
   mark_deep_faces(g, fluid_.phi, deep_);
-  continue_around_sources(coupling, had);
+  continue_around_sources(coupling, std::move(had));
   const HeldMotion now = held_motion(g, held_, fluid_.u);
   poured.motion = {density * (now.P - before.P), density * (now.L - before.L),
                    density * (now.kinetic - before.kinetic)};

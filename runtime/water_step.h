@@ -152,7 +152,7 @@ class WaterStep {
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
   void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);
-  void continue_around_sources(const Coupling& coupling, const FaceField<unsigned char>& had);
+  void continue_around_sources(const Coupling& coupling, FaceField<unsigned char> keeps);
   void mark_for_advection(const Coupling& coupling);
   double usual_acceleration(double dt) const;
   double damp_water(double dt, MacField& u) const;

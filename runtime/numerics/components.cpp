@@ -171,11 +171,8 @@ void ClosedComponents::setup(const PoissonMatrix& matrix) {
 }
 
 int ClosedComponents::region(std::size_t cell) const {
-  const auto holds = [cell](const Blocks& of) {
-    const auto after = std::ranges::upper_bound(of.ranges, cell, {}, &Blocks::Range::begin);
-    return after != of.ranges.begin() && cell < std::prev(after)->end;
-  };
-  const auto found = std::ranges::find_if(cells_of_, holds);
+  const auto found =
+      std::ranges::find_if(cells_of_, [cell](const Blocks& of) { return of.holds(cell); });
   return found == cells_of_.end() ? -1 : static_cast<int>(found - cells_of_.begin());
 }
 

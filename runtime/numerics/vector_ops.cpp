@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "runtime/numerics/parallel.h"
 
@@ -47,6 +48,11 @@ void Blocks::add(std::size_t begin, std::size_t end) {
   for (std::size_t b = begin; b < end; b += kLength)
     ranges.push_back({b, std::min(b + kLength, end)});
   if (begin < end) entries += end - begin;
+}
+
+bool Blocks::holds(std::size_t entry) const {
+  const auto after = std::ranges::upper_bound(ranges, entry, {}, &Range::begin);
+  return after != ranges.begin() && entry < std::prev(after)->end;
 }
 
 double dot(const Blocks& blocks, const double* a, const double* b) {

@@ -18,6 +18,7 @@ struct Blocks {
   void clear() { ranges.clear(), entries = 0; }
   /// Appends [begin, end), cut to kLength.
   void add(std::size_t begin, std::size_t end);
+  bool holds(std::size_t entry) const;
 };
 
 /// All n entries.

@@ -112,11 +112,7 @@ bool CoupledOperator::stands_still(const Blocks& part, const double* b, double m
   for (const Blocks::Range& range : part.ranges)
     for (std::size_t n = range.begin; n < range.end; ++n)
       if (!(std::abs(b[n] - constant * weight[n]) <= most)) return false;
-  const auto holds = [&](std::int64_t cell) {
-    const auto at = static_cast<std::size_t>(cell);
-    const auto after = std::ranges::upper_bound(part.ranges, at, {}, &Blocks::Range::begin);
-    return after != part.ranges.begin() && at < std::prev(after)->end;
-  };
+  const auto holds = [&](std::int64_t cell) { return part.holds(static_cast<std::size_t>(cell)); };
   return std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& body) {
     return std::any_of(body.cell.begin(), body.cell.end(), holds);
   });

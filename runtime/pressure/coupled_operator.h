@@ -64,8 +64,8 @@ class CoupledOperator {
 
   const PoissonOperator& water() const { return water_; }
   const ClosedComponents& closed() const { return closed_; }
-  /// The part of the water, open to air and beside no body, that b leaves as it is: entries of A x - b
-  /// below `most` where x is a constant, which `constant` gives.
+  /// Whether b leaves this part of the water, open to air, as it is: no body beside it, and with x the
+  /// constant that is returned no entry of A x - b above `most`.
   bool stands_still(const Blocks& part, const double* b, double most, double& constant) const;
   /// Whether any body lies beside a cell with an unknown; if not, the solve is that of water alone.
   bool touches_bodies() const;
