@@ -170,6 +170,14 @@ std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
   return flow;
 }
 
+// Of the water that moves with solids, by the last solve, m/s.
+double fastest_wall(const Coupling& coupling) {
+  double fastest = 0.0;
+  for (const Coupling::SlipFace& f : coupling.slip_faces())
+    fastest = std::max(fastest, std::abs(f.v));
+  return fastest;
+}
+
 // Lists of one thing's properties have one length.
 void demand_one_length(const StateArchive& a, const std::string& what,
                        std::initializer_list<std::size_t> sizes) {
@@ -331,6 +339,7 @@ bool WaterStep::pours() const {
 
 // Continues the velocities that sources have set to the faces around. Elsewhere faces that had one
 // (marked in `keeps`) keep it: narrow ones, settled after the last continuation, would change it.
+// A resumed run does not know how fast walls were: as if they were at rest.
 void WaterStep::continue_around_sources(const Coupling& coupling, FaceField<unsigned char> keeps) {
   constexpr int kAround = 3;  // cells
   const MacField kept = fluid_.u;
@@ -338,7 +347,7 @@ void WaterStep::continue_around_sources(const Coupling& coupling, FaceField<unsi
 #pragma omp parallel for schedule(static)
     for (std::size_t n = 0; n < valid_[a].size(); ++n) valid_[a][n] = valid_[a][n] == 1;
   }
-  extrapolate(coupling, {&fluid_.u});
+  extrapolate(coupling, 0.0, {&fluid_.u});
   mark_for_advection(coupling);
   for (const WaterSource& source : options_.sources)
     if (source.pours(fluid_.time)) forget_around(grid_, source, kAround, keeps);
@@ -381,9 +390,10 @@ void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
 }
 
 // Continues a velocity, and the push of its solve, from the faces that were solved for.
-void WaterStep::extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields) {
+void WaterStep::extrapolate(const Coupling& coupling, double wall_speed,
+                            const std::vector<MacField*>& fields) {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
-  const InSolidsUnderWater in_solids{deep_, coupling.open()};
+  const InSolidsUnderWater in_solids{deep_, coupling.open(), wall_speed};
   extrapolate_velocity(fields, valid_, layers, &in_solids);
   for (MacField* u : fields) {
     keep_behind_walls(coupling.obstacle_walls(), *u);
@@ -505,7 +515,7 @@ void WaterStep::after_position_solve(double dt, const Coupling& coupling) {
   slow_down(dt, u_half_);
   add_narrow_flow(narrow_, coupling.open(), push_);
   subtract_solved(u_half_, valid_, push_);
-  extrapolate(coupling, {&push_, &u_half_});
+  extrapolate(coupling, fastest_wall(coupling), {&push_, &u_half_});
   mean_push_ = mean_size(push_, valid_);
   narrow_ = settle_before(coupling.narrow_faces(), u_half_, push_);
   mark_for_advection(coupling);
@@ -595,9 +605,9 @@ void WaterStep::after_velocity_solve(double dt, const Coupling& coupling) {
   if (single()) {
     add_narrow_flow(narrow_, coupling.open(), push_);
     subtract_solved(fluid_.u, valid_, push_);
-    extrapolate(coupling, {&push_, &fluid_.u});
+    extrapolate(coupling, fastest_wall(coupling), {&push_, &fluid_.u});
   } else {
-    extrapolate(coupling, {&fluid_.u});
+    extrapolate(coupling, fastest_wall(coupling), {&fluid_.u});
   }
   narrow_ = settle_after(coupling.narrow_faces(), fluid_.u);
   mark_for_advection(coupling);

@@ -151,7 +151,8 @@ class WaterStep {
   /// How far from the surface the velocity that carries it is read, m: where a step may carry it,
   /// and the cells around.
   double swept_reach() const { return (1.5 + std::min(options_.cfl, 3.0)) * options_.grid.dx; }
-  void extrapolate(const Coupling& coupling, const std::vector<MacField*>& fields);
+  void extrapolate(const Coupling& coupling, double wall_speed,
+                   const std::vector<MacField*>& fields);
   void continue_around_sources(const Coupling& coupling, FaceField<unsigned char> keeps);
   void mark_for_advection(const Coupling& coupling);
   double usual_acceleration(double dt) const;

@@ -118,6 +118,16 @@ double slope_under_water(double a, double b) {
   return std::abs(a) < 2.0 * std::abs(b) ? a : 2.0 * b;
 }
 
+// The same of water that leaves a wall at `speed` along the way: only walls that move push it, and
+// none to more than theirs. A jet out of a wall at rest fed itself: the next step took its water
+// from the faster jet inside the wall, half as fast again each time [D95].
+double slope_out_of_wall(double a, double b, double speed, double wall_speed) {
+  const double slope = slope_under_water(a, b);
+  if (slope * speed <= 0.0) return slope;
+  const double most = std::max(wall_speed - std::abs(speed), 0.0);
+  return std::clamp(slope, -most, most);
+}
+
 // The known neighbours of a point, and what lies behind them.
 struct KnownBeside {
   int count = 0;
@@ -151,18 +161,21 @@ struct KnownBeside {
     });
   }
 
-  // The mean over the neighbours m of f(m) and the slope on the way to it, 0 if it is not known;
-  // `in_solid`: under water.
-  double mean(const Array3<double>& f, bool in_solid) const {
+  // The mean over the neighbours m of f(m) and the slope on the way to it, 0 if it is not known.
+  // In solids under water (`solids` not null) of velocities along axis `component`.
+  double mean(const Array3<double>& f, const InSolidsUnderWater* solids, int component) const {
     double sums[3] = {0.0, 0.0, 0.0};
     for (int b = 0; b < count; ++b) {
       const double* behind = f.data() + m[b];
       double value = *behind;
       if (const std::ptrdiff_t s = step[b]) {
         const double last = behind[0] - behind[s], before = behind[s] - behind[2 * s];
-        value += in_solid && is_wide[b]
-                     ? slope_under_water(last, before)
-                     : trusted_slope(last, before, behind[2 * s] - behind[3 * s]);
+        if (!solids || !is_wide[b])
+          value += trusted_slope(last, before, behind[2 * s] - behind[3 * s]);
+        else if (axis[b] == component && *behind * static_cast<double>(s) > 0.0)
+          value += slope_out_of_wall(last, before, *behind, solids->wall_speed);
+        else
+          value += slope_under_water(last, before);
       }
       sums[axis[b]] += value;
     }
@@ -332,8 +345,8 @@ void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsign
     const std::vector<std::vector<int>> grown = grow_layers(valid[a], layers);
     for_each_layer(grown, [&](int n, int layer) {
       const KnownBeside beside(known, n, layer);
-      const bool in_solid = solids && (*solids)(a, n);
-      for (MacField* u : fields) (*u)[a][n] = beside.mean((*u)[a], in_solid);
+      const InSolidsUnderWater* here = solids && (*solids)(a, n) ? solids : nullptr;
+      for (MacField* u : fields) (*u)[a][n] = beside.mean((*u)[a], here, a);
     });
     for (MacField* u : fields) zero_invalid((*u)[a], known);
   }

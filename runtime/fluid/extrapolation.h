@@ -11,6 +11,7 @@ namespace archetide {
 struct InSolidsUnderWater {
   const FaceField<unsigned char>& deep;
   const FaceField<double>& open;  // of each face, 1
+  double wall_speed;              // of the fastest solid, m/s
 
   bool operator()(int axis, int face) const {
     return deep[axis].data()[face] != 0 && open[axis].data()[face] < 1.0;
@@ -22,7 +23,8 @@ struct InSolidsUnderWater {
 /// before, each continued by its slope in the first two layers (the smaller of the last two slopes,
 /// 0 where the last three are not alike) [D23]. In solids under water (null: none are told) beside at
 /// least five valid faces in a row, no gap, it is the last slope, at most twice the one before it, 0
-/// where they differ in sign. On return valid is 1 on
+/// where they differ in sign; where water that leaves a wall would be the faster the deeper in it,
+/// as far as no wall is slower [D95]. On return valid is 1 on
 /// the faces that were valid, 1 + l on layer l <= layers, and 0 beyond, where u is set to zero.
 void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsigned char>& valid,
                           int layers, const InSolidsUnderWater* solids = nullptr);

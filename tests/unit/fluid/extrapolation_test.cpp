@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
 #include "tests/support/fluid_fields.h"
 
 namespace archetide {
@@ -97,6 +100,33 @@ TEST(Extrapolation, NoiseDoesNotGrow) {
   });
   extrapolate_velocity({&u}, valid, 5);
   EXPECT_LE(max_speed(u), 1.0);
+}
+
+// Along x, halved from face to face away from a wall at i = 12: water that leaves the wall, or comes.
+TEST(Extrapolation, WaterThatLeavesAWallIsAtMostAsFastInItAsWallsAre) {
+  const Grid g = unit_grid(24, 8, 8, 0.1);
+  FaceField<double> open(g, 1.0);
+  const FaceField<unsigned char> deep(g, 1);
+  const auto inside = [&](double speed, double wall_speed) {
+    MacField u(g, 0.0);
+    FaceField<unsigned char> valid(g, 0);
+    for (int k = 0; k < g.nz; ++k)
+      for (int j = 0; j < g.ny; ++j)
+        for (int i = 0; i <= g.nx; ++i)
+          if (i <= 12)
+            open[0](i, j, k) = 0.0;
+          else
+            valid[0](i, j, k) = 1, u[0](i, j, k) = std::ldexp(speed, 13 - i);
+    const InSolidsUnderWater solids{deep, open, wall_speed};
+    extrapolate_velocity({&u}, valid, 2, &solids);
+    return std::array<double, 2>{u[0](12, 4, 4), u[0](11, 4, 4)};
+  };
+  using Two = std::array<double, 2>;
+  EXPECT_EQ(inside(8.0, 0.0), (Two{8.0, 8.0}));
+  EXPECT_EQ(inside(8.0, 6.0), (Two{8.0, 8.0}));
+  EXPECT_EQ(inside(8.0, 10.0), (Two{10.0, 10.0}));
+  EXPECT_EQ(inside(8.0, 100.0), (Two{12.0, 16.0}));
+  EXPECT_EQ(inside(-8.0, 0.0), (Two{-12.0, -16.0}));
 }
 
 TEST(Extrapolation, DoesNotDependOnTheNumberOfThreads) {
