@@ -150,7 +150,9 @@ std::vector<Mat3> forces_on_some(const Grid& g, const WetSurface& s,
       if (loads == Loads::kStill || !(unknown ? some_dry : some_wet)) return;
       // Towards the interface, which carries a pressure of its own.
       const Vec3 centroid = triangle.at(centroid_weights(piece));
-      const Vec3 up = interpolate_gradient(g, *free.phi, centroid).stableNormalized();
+      const Vec3 slope = interpolate_gradient(g, *free.phi, centroid);
+      constexpr double kFlattest = 0.5;
+      const Vec3 up = slope.stableNormalized() / std::max(slope.norm(), kFlattest);
       const auto to_interface = [&](const Vec3& at) { return Vec3(level(at) * up); };
       if (!unknown)
         return add_part(1.0,

@@ -11,10 +11,11 @@ namespace archetide {
 ///   wet, cell with an unknown:  rho g . (x - x_ref)    so that p' + π_h is the total pressure
 ///   wet, cell without one:      rho g . (x - x_I)      the static pressure under the interface
 ///   dry, cell with an unknown:  rho g . (x_I - x_ref)  cancels the p' = p'_I that F applies there
-/// with x_I = x - phi grad phi the nearest point of the interface. Exact for a plane surface at
-/// rest at any position of the body, and independent of x_ref. `read_points` are the surface points
-/// earlier in the step, where the hydrostatic pressure is read (pass surface.points when there is
-/// no step).
+/// with x_I = x - phi grad phi / |grad phi|^2 the nearest point of the interface: beside a body that
+/// moves |grad phi| is not 1, and a force that takes phi for the distance draws the body on [D96].
+/// Exact for a plane surface at rest at any position of the body, and independent of x_ref.
+/// `read_points` are the surface points earlier in the step, where the hydrostatic pressure is read
+/// (pass surface.points when there is no step).
 VecX hydrostatic_force(const Grid& g, const BodySurface& surface,
                        const std::vector<Vec3>& read_points, const PressureSystem& water);
 

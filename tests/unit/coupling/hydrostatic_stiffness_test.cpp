@@ -107,6 +107,23 @@ TEST(HydrostaticStiffness, IsNearTheDerivativeAfloat) {
   EXPECT_LT(off, 0.3);
 }
 
+// A level set that is not a distance has the same interface: beside bodies that move its slope changes
+// [D96].
+TEST(HydrostaticForce, IsThatOfTheInterfaceHoweverSteepPhiIs) {
+  StillTank tank(0.75);
+  const BodySurface s = tank.surface(VecX::Zero(5));
+  const auto force = [&] {
+    return hydrostatic_force(tank.tank.options.grid, s, s.points, tank.coupling.system());
+  };
+  const VecX as_distance = force();
+  for (const double steepness : {0.7, 1.4}) {
+    Array3<double>& phi = tank.tank.phi;
+    for (std::size_t n = 0; n < phi.size(); ++n) phi[n] *= steepness;
+    EXPECT_LT((force() - as_distance).norm(), 1e-12 * as_distance.norm());
+    for (std::size_t n = 0; n < phi.size(); ++n) phi[n] /= steepness;
+  }
+}
+
 // Of a bent body of nodes: that of all its modes. Measured: 3e-14.
 TEST(HydrostaticStiffness, OfNodesIsThatOfAllModes) {
   const std::shared_ptr<const FullBlob> blob = nonlinear_blob();
