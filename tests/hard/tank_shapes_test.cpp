@@ -131,7 +131,7 @@ void expect_no_gain(double gravity, double step) {
   std::printf("gravity %g m/s^2, steps of %g s: motion %.3g J, bent by %.2f, %.2f m/s\n", gravity,
               step, seen.motion, seen.bent, seen.fastest);
   // Measured none; before [D87] 0.95 (no gravity, 0.04 s), 0.06 and 0.25. At 60 m/s^2 a known miss of
-  // 1e-3: the film between body and lid bursts or does not, by luck. Here 6e-3; let go at ten places up
+  // 1e-3: the film between body and lid bursts or does not, by luck. Here 0.29; let go at ten places up
   // to 0.04 m aside 2e-3 to 1.0, and before [D91], when this place gained 6e-4, 6e-4 to 0.7.
   seen.expect_gain_at_most(gravity > 20.0 ? 1.0 : 1e-3);
 }
@@ -161,10 +161,11 @@ void expect_no_gain_of_rings(const std::vector<Vec3>& points, double gravity, do
   std::printf("%zu points, gravity %g m/s^2, steps of %g s: motion %.3g J, bent by %.2f\n",
               points.size(), gravity, step, seen.motion, seen.bent);
   expect_at_most("gap, m", seen.open, 1e-8);
-  // Measured none, but with gravity, known misses of 1e-3, by how the compiler rounds: on one point in
-  // steps of 0.04 s 0.05 and 0.35, of 0.02 s 8e-4 and 1.2e-3, on two points in steps of 0.02 s 2.3e-3
-  // and 2.4e-3. With the shapes that had closed the joint 10 J became 180 to 4,000.
-  const bool one = points.size() == 1, known = gravity > 0.0 && (one || step < 0.03);
+  // Measured none, but with gravity, known misses of 1e-3, by how the compiler rounds (g++, and clang
+  // before [D96]): on one point in steps of 0.04 s 0.35 and 0.31, of 0.02 s none and 1.7e-3; on two
+  // points none and 2.6e-3, 1.9e-3 and 2.4e-3. With the shapes that had closed the joint 10 J became
+  // 180 to 4,000.
+  const bool one = points.size() == 1, known = gravity > 0.0;
   seen.expect_gain_at_most(!known ? 1e-3 : !one ? 6e-3 : step > 0.03 ? 0.7 : 3e-3);
 }
 
