@@ -67,10 +67,10 @@ Drift float_for(int steps, ReducedBody ring) {
 }
 
 // Still water does not stay still to round-off for that long: from 10^4 steps on, motion of the ring
-// and waves grow to 1e-4 J and push the ring about, soft or rigid (seen in the middle of the tank
-// only, where its vertices lie in planes of the grid; why is not known). Known miss: less than a cell
-// aside is asked; measured 1.18 cells, 0.03 J. What grows from round-off is chance: 0.82 and 0.89
-// cells, 8e-4 and 5.6e-4 J in versions before, as long as no last digit of them changed.
+// and waves grow to 1e-4 J and push the ring about, soft or rigid. It is not the force of [D96] (the
+// surface stands on faces here) and not the tolerance of the solve (1e-12: the same). Known miss: less
+// than a cell aside is asked; measured 1.18 cells, 0.03 J. What grows from round-off is chance: 0.82
+// and 0.89 cells, 8e-4 and 5.6e-4 J in versions before, as long as no last digit of them changed.
 TEST(SlowH36ManySteps, SoftRingFloatsInStillWaterForAHundredThousandSteps) {
   const Drift drift = float_for(100000, soft_ring(0.5));
   expect_at_most("horizontal drift, cells (asked: 1)", drift.way, 2.0);
