@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "common/files/surface_formats.h"
@@ -165,6 +167,14 @@ void demand_property(const Element& element, bool (*wanted)(const Property&), in
   }
 }
 
+// Bytes may stand for any number.
+int as_integer(double value, const std::string& what, const std::string& path) {
+  constexpr double kMost = std::numeric_limits<int>::max();
+  if (!(std::abs(value) <= kMost) || value != std::floor(value))
+    refuse(path, 0, fmt::format("{}: expected an integer below 2^31, found {}", what, value));
+  return static_cast<int>(value);
+}
+
 void read_element(Values& values, const Element& element, SurfaceFile& out) {
   if (element.properties.empty()) return;  // takes no bytes, however many there are
   std::vector<int> corners;
@@ -173,16 +183,17 @@ void read_element(Values& values, const Element& element, SurfaceFile& out) {
     Vec3 x = Vec3::Zero();
     for (const Property& property : element.properties) {
       const int length =
-          property.is_list ? static_cast<int>(values.next(property.count_type, what)) : 1;
+          property.is_list ? as_integer(values.next(property.count_type, what), what, out.path) : 1;
+      const bool lists_corners = element.name == "face" && is_corner_list(property);
       corners.clear();
       for (int j = 0; j < length; ++j) {
         const double value = values.next(property.type, what);
-        if (property.is_list)
-          corners.push_back(static_cast<int>(value));
-        else if (const int axis = axis_of(property.name); axis >= 0)
+        if (lists_corners)
+          corners.push_back(as_integer(value, what, out.path));
+        else if (const int axis = axis_of(property.name); axis >= 0 && !property.is_list)
           x[axis] = value;
       }
-      if (element.name == "face" && is_corner_list(property)) {
+      if (lists_corners) {
         if (length < 3) refuse(out.path, 0, fmt::format("{} has {} corners", what, length));
         add_face(out, corners, i + 1);
       }

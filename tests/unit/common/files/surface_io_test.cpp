@@ -183,6 +183,23 @@ TEST(SurfaceIo, NamesTheLineOfWhatItCannotRead) {
   EXPECT_TRUE(holds(text("a.xyz", "1 2 3"), "unknown kind of surface file"));
 }
 
+// Bytes of a corner or of a length may be any number.
+TEST(SurfaceIo, CornersOfAPlyFileAreIntegers) {
+  const ScratchFolder folder;
+  for (const std::string corner : {"4e9", "1.5", "-3e9", "nan"}) {
+    const std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float "
+        "z\nelement face 1\nproperty list uchar double vertex_indices\nend_header\n0 0 0\n1 0 0\n0 "
+        "1 "
+        "0\n3 0 1 " +
+        corner + "\n";
+    EXPECT_TRUE(
+        holds(refusal(folder.write("a.ply", text)), "face 1 of 1: expected an integer below 2^31"))
+        << corner;
+  }
+}
+
 TEST(SurfaceIo, RefusesTruncatedBinaryFiles) {
   const ScratchFolder folder;
   const std::string stl = as_stl(cube(), true), ply = as_ply(cube(), Ply::kLittle);
