@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include "common/base/input_error.h"
@@ -263,13 +264,27 @@ bool stands_in_file(hid_t file, const std::string& name) {
   return true;
 }
 
-/// Numbers one after the other, as our files hold them: not packed, not in other files, nor put
-/// together from other data sets.
+/// Whether the numbers of a data set are in other files; nothing of an object that is damaged. It is
+/// asked before the data set is opened: libhdf5 reads on where the name of such a file does not end.
+std::optional<bool> is_elsewhere(hid_t file, const std::string& name) {
+  constexpr unsigned kExternalFiles = 7;  // kind of message in an object's header
+#if H5_VERSION_GE(1, 12, 0)
+  H5O_native_info_t info;
+  const herr_t got =
+      H5Oget_native_info_by_name(file, name.c_str(), &info, H5O_NATIVE_INFO_HDR, H5P_DEFAULT);
+#else
+  H5O_info_t info;
+  const herr_t got = H5Oget_info_by_name2(file, name.c_str(), &info, H5O_INFO_HDR, H5P_DEFAULT);
+#endif
+  if (got < 0) return std::nullopt;
+  return (info.hdr.mesg.present >> kExternalFiles & 1) != 0;
+}
+
+/// Numbers one after the other, as our files hold them: not packed, nor put together from other data
+/// sets.
 bool is_plain(hid_t set) {
   const Handle creation(H5Dget_create_plist(set), H5Pclose);
-  if (!creation.valid() || H5Pget_external_count(creation.id()) != 0 ||
-      H5Pget_nfilters(creation.id()) != 0)
-    return false;
+  if (!creation.valid() || H5Pget_nfilters(creation.id()) != 0) return false;
   const H5D_layout_t layout = H5Pget_layout(creation.id());
   return layout == H5D_CONTIGUOUS || layout == H5D_COMPACT;
 }
@@ -300,10 +315,15 @@ void Hdf5Reader::fail(const std::string& what) const {
 }
 
 DataArray Hdf5Reader::read(const std::string& name) const {
-  if (!stands_in_file(id_, name)) fail("field " + name + " is missing or damaged");
+  const std::string damaged = "field " + name + " is missing or damaged",
+                    not_plain = "field " + name + " is not stored as plain numbers in this file";
+  if (!stands_in_file(id_, name)) fail(damaged);
+  const std::optional<bool> elsewhere = is_elsewhere(id_, name);
+  if (!elsewhere) fail(damaged);
+  if (*elsewhere) fail(not_plain);
   const Handle set(H5Dopen2(id_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.valid()) fail("field " + name + " is missing or damaged");
-  if (!is_plain(set.id())) fail("field " + name + " is not stored as plain numbers in this file");
+  if (!set.valid()) fail(damaged);
+  if (!is_plain(set.id())) fail(not_plain);
   const Handle stored(H5Dget_type(set.id()), H5Tclose);
   const Handle space(H5Dget_space(set.id()), H5Sclose);
 
