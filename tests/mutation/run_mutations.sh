@@ -1,8 +1,9 @@
 #!/bin/sh
 # Do the fast tests notice a mistake? run_mutations.sh SOURCE OUT_FOLDER [COUNT [SEED]]: COUNT (200) times one line of
 # cut_cells, pressure, coupling, solid, contact or fluid is changed in a copy of SOURCE in OUT_FOLDER, built, and tested.
-# A table of what happened stands in OUT_FOLDER/mutations.txt: killed (by a test), stillborn (does not compile), slow
-# (tests do not end), SURVIVED. Hours; results that are there for this seed are kept. TESTS: a filter of ctest (-R).
+# A table of what happened stands in OUT_FOLDER/mutations.txt: killed (by which tests), stillborn (does not compile), slow
+# (tests do not end), SURVIVED. Most mistakes are noticed by the folder's own unit tests, which are built and run first.
+# Minutes each; results that are there for this seed are kept. TESTS: a filter of ctest (-R), unit tests are not run first.
 source=$(cd "$1" && pwd) out=$2 count=${3:-200} seed=${4:-1}
 mkdir -p "$out" && out=$(cd "$out" && pwd)
 copy=$out/source table=$out/mutations.txt
@@ -43,25 +44,45 @@ changes() {
         change("std::min(", "std::max("); change("if (!", "if ("); change(" = true", " = false") }' "$file"
   done
 }
-changes | awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' | sort -k1,1n | cut -f2- | head -n "$count" \
-  >"$out/changes.$seed"
+list=$out/changes.$seed
+changes | awk -v seed="$seed" 'BEGIN { srand(seed) } { print rand() "\t" $0 }' | sort -k1,1n | cut -f2- >"$list.new"
+# Numbers of another source mean other changes.
+if [ -e "$list" ] && ! cmp -s "$list" "$list.new" && [ -e "$table" ]; then
+  grep "^$seed\." "$table" >>"$out/mutations.before.txt"
+  grep -v "^$seed\." "$table" >"$table.new"
+  mv "$table.new" "$table"
+fi
+mv "$list.new" "$list"
 
+head -n "$count" "$list" >"$out/first.$seed"
 number=0
 while IFS='	' read -r file line what text; do
   number=$((number + 1))
   grep -q "^$seed\.$number	" "$table" 2>/dev/null && continue
   # The line is replaced as it stands, whatever is in it.
   awk -v line="$line" -v number="$number" 'BEGIN { while ((getline < ARGV[2]) > 0) if (++n == number) { sub(/^[^\t]*\t[^\t]*\t[^\t]*\t/, ""); text = $0 } ARGV[2] = "" }
-    FNR == line { print text; next } { print }' "$file" "$out/changes.$seed" >"$out/changed.cpp"
+    FNR == line { print text; next } { print }' "$file" "$list" >"$out/changed.cpp"
   cp "$out/changed.cpp" "$file"
-  if ! cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1; then
+  folder=${file#runtime/} folder=${folder%%/*} by=
+  build() { cmake --build build --parallel "${JOBS:-2}" "$@" >"$out/build.log" 2>&1; }
+  unit() { (cd build && timeout 600 "bin/test_unit_$folder" --gtest_filter='-Slow*' --gtest_fail_fast) >"$out/test.log" 2>&1; }
+  if [ -z "$TESTS" ] && ! build --target "test_unit_$folder"; then
+    result=stillborn
+  elif [ -z "$TESTS" ] && ! unit; then
+    result=killed by=$(sed -n 's/^\[  FAILED  \] \([^ ]*\)$/\1/p' "$out/test.log" | head -n 1)
+    [ -n "$by" ] || by="test_unit_$folder ends"
+  elif ! build; then
     result=stillborn
   else
     tests
-    case $? in 0) result=SURVIVED;; 124) result=slow;; *) result=killed;; esac
+    case $? in
+      0) result=SURVIVED;;
+      124) result=slow;;
+      *) result=killed by=$(sed -n 's/^ *[0-9]* - \([^ ]*\) (.*/\1/p' "$out/test.log" | head -n 1);;
+    esac
   fi
-  printf '%s.%s\t%s\t%s:%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" | tee -a "$table"
+  printf '%s.%s\t%s\t%s:%s\t%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" "$by" | tee -a "$table"
   git checkout -q -- "$file"
-done <"$out/changes.$seed"
+done <"$out/first.$seed"
 printf 'killed %s, survived %s, stillborn %s, slow %s\n' $(for r in killed SURVIVED stillborn slow; do
   grep -c "^$seed\..*	$r	" "$table"; done)
