@@ -9,7 +9,7 @@ mkdir -p "$out" && out=$(cd "$out" && pwd)
 copy=$out/source table=$out/mutations.txt
 [ -d "$copy" ] || git clone -q "$source" "$copy" || exit 1
 cd "$copy" || exit 1
-git checkout -q -- . || exit 1
+git checkout -q -- . && git pull -q --ff-only "$source" HEAD || exit 1
 [ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
 cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || {
   echo "mutations: the source does not compile: $out/build.log" >&2
