@@ -78,7 +78,7 @@ while IFS='	' read -r file line what text; do
     case $? in
       0) result=SURVIVED;;
       124) result=slow;;
-      *) result=killed by=$(sed -n 's/^ *[0-9]* - \([^ ]*\) (.*/\1/p' "$out/test.log" | head -n 1);;
+      *) result=killed by=$(sed -n 's/^[[:space:]]*[0-9]* - \([^ ]*\) (.*/\1/p' "$out/test.log" | head -n 1);;
     esac
   fi
   printf '%s.%s\t%s\t%s:%s\t%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" "$by" | tee -a "$table"
