@@ -17,6 +17,7 @@
 #include "runtime/fluid/spray.h"
 #include "runtime/fluid/time_splitting.h"
 #include "runtime/grid/state_fields.h"
+#include "runtime/numerics/largest.h"
 #include "runtime/statistics.h"
 
 namespace archetide {
@@ -172,10 +173,8 @@ std::vector<FaceFlow> hidden_flow(const Coupling& coupling, const MacField& u) {
 
 // Of the water that moves with solids, by the last solve, m/s.
 double fastest_wall(const Coupling& coupling) {
-  double fastest = 0.0;
-  for (const Coupling::SlipFace& f : coupling.slip_faces())
-    fastest = std::max(fastest, std::abs(f.v));
-  return fastest;
+  const std::vector<Coupling::SlipFace>& slip = coupling.slip_faces();
+  return largest_of(slip.size(), [&](std::size_t n) { return std::abs(slip[n].v); });
 }
 
 // Lists of one thing's properties have one length.

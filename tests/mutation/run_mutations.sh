@@ -1,7 +1,7 @@
 #!/bin/sh
 # Do the fast tests notice a mistake? run_mutations.sh SOURCE OUT_FOLDER [COUNT [SEED]]: COUNT (200) times one line of
 # cut_cells, pressure, coupling, solid, contact or fluid is changed in a copy of SOURCE in OUT_FOLDER, built, and tested.
-# A table of what happened stands in OUT_FOLDER/mutations.txt: killed (by which tests), stillborn (does not compile), slow
+# A table of what happened stands in OUT_FOLDER/mutations.txt: killed (by the first test that failed), stillborn (does not compile), slow
 # (tests do not end), SURVIVED. Most mistakes are noticed by the folder's own unit tests, which are built and run first.
 # Minutes each; results that are there for this seed are kept. TESTS: a filter of ctest (-R), unit tests are not run first.
 source=$(cd "$1" && pwd) out=$2 count=${3:-200} seed=${4:-1}
@@ -11,7 +11,9 @@ copy=$out/source table=$out/mutations.txt
 cd "$copy" || exit 1
 git checkout -q -- . && git pull -q --ff-only "$source" HEAD || exit 1
 [ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
-cmake --build build --parallel "${JOBS:-2}" >"$out/build.log" 2>&1 || {
+build() { cmake --build build --parallel "${JOBS:-2}" "$@" >"$out/build.log" 2>&1; }
+unit() { (cd build && timeout 600 "bin/test_unit_$1" --gtest_filter='-Slow*' --gtest_fail_fast) >"$out/test.log" 2>&1; }
+build || {
   echo "mutations: the source does not compile: $out/build.log" >&2
   exit 1
 }
@@ -54,21 +56,19 @@ if [ -e "$list" ] && ! cmp -s "$list" "$list.new" && [ -e "$table" ]; then
 fi
 mv "$list.new" "$list"
 
-head -n "$count" "$list" >"$out/first.$seed"
 number=0
 while IFS='	' read -r file line what text; do
   number=$((number + 1))
+  [ "$number" -le "$count" ] || break
   grep -q "^$seed\.$number	" "$table" 2>/dev/null && continue
   # The line is replaced as it stands, whatever is in it.
   awk -v line="$line" -v number="$number" 'BEGIN { while ((getline < ARGV[2]) > 0) if (++n == number) { sub(/^[^\t]*\t[^\t]*\t[^\t]*\t/, ""); text = $0 } ARGV[2] = "" }
     FNR == line { print text; next } { print }' "$file" "$list" >"$out/changed.cpp"
   cp "$out/changed.cpp" "$file"
   folder=${file#runtime/} folder=${folder%%/*} by=
-  build() { cmake --build build --parallel "${JOBS:-2}" "$@" >"$out/build.log" 2>&1; }
-  unit() { (cd build && timeout 600 "bin/test_unit_$folder" --gtest_filter='-Slow*' --gtest_fail_fast) >"$out/test.log" 2>&1; }
   if [ -z "$TESTS" ] && ! build --target "test_unit_$folder"; then
     result=stillborn
-  elif [ -z "$TESTS" ] && ! unit; then
+  elif [ -z "$TESTS" ] && ! unit "$folder"; then
     result=killed by=$(sed -n 's/^\[  FAILED  \] \([^ ]*\)$/\1/p' "$out/test.log" | head -n 1)
     [ -n "$by" ] || by="test_unit_$folder ends"
   elif ! build; then
@@ -83,6 +83,6 @@ while IFS='	' read -r file line what text; do
   fi
   printf '%s.%s\t%s\t%s:%s\t%s\t%s\n' "$seed" "$number" "$result" "$file" "$line" "$what" "$by" | tee -a "$table"
   git checkout -q -- "$file"
-done <"$out/first.$seed"
+done <"$list"
 printf 'killed %s, survived %s, stillborn %s, slow %s\n' $(for r in killed SURVIVED stillborn slow; do
   grep -c "^$seed\..*	$r	" "$table"; done)
