@@ -9,7 +9,7 @@ mkdir -p "$out" && out=$(cd "$out" && pwd)
 copy=$out/source table=$out/mutations.txt
 [ -d "$copy" ] || git clone -q "$source" "$copy" || exit 1
 cd "$copy" || exit 1
-git checkout -q -- . && git pull -q --ff-only "$source" HEAD || exit 1
+git fetch -q "$source" HEAD && git reset -q --hard FETCH_HEAD || exit 1
 [ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
 build() { cmake --build build --parallel "${JOBS:-2}" "$@" >"$out/build.log" 2>&1; }
 unit() { (cd build && timeout 600 "bin/test_unit_$1" --gtest_filter='-Slow*' --gtest_fail_fast) >"$out/test.log" 2>&1; }
