@@ -147,12 +147,14 @@ ARCHETIDE_CHECK_SCENES = sh '$(ARCHETIDE_ROOT)tests/sanitize/run_scenes.sh' '$(B
 sanitize: $(CHECK:%=sanitize-%)
 sanitize-address:
 	$(call archetide_compile_checked,address,)
-	ASAN_OPTIONS=detect_leaks=0 OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast -E '$(ARCHETIDE_LONG_CHECKED)' \
-	  --output-on-failure -j$(JOBS)
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies
-	ASAN_OPTIONS=detect_leaks=0 $(call ARCHETIDE_CHECK_SCENES,address)
-	ASAN_OPTIONS=detect_leaks=0 sh '$(ARCHETIDE_ROOT)tests/sanitize/instruction_sets.sh' '$(ARCHETIDE_SIM)' \
-	  '$(BUILD)-address/bin/archetide-sim' '$(ASSETS)' '$(ARCHETYPES)' '$(OUT)/sanitize/instruction_sets'
+	@export ASAN_OPTIONS=detect_leaks=0; failed=0; \
+	OMP_NUM_THREADS=1 ctest --test-dir '$(BUILD)-address' -L fast -E '$(ARCHETIDE_LONG_CHECKED)' \
+	  --output-on-failure -j$(JOBS) || failed=3; \
+	$(call ARCHETIDE_CHECK_SCENES,address) || failed=3; \
+	sh '$(ARCHETIDE_ROOT)tests/sanitize/instruction_sets.sh' '$(ARCHETIDE_SIM)' \
+	  '$(BUILD)-address/bin/archetide-sim' '$(ASSETS)' '$(ARCHETYPES)' '$(OUT)/sanitize/instruction_sets' || failed=3; \
+	exit $$failed
 sanitize-thread:
 	$(call archetide_compile_checked,thread,archetide-sim $(ARCHETIDE_THREADED_TESTS))
 	+$(ARCHETIDE_MAKE) OUT='$(OUT)' bodies

@@ -49,6 +49,7 @@ struct StepReport {
   int contact_sweeps = 0;  // of the contact solver, both stages
   double max_penetration = 0.0, mean_penetration = 0.0;  // m, of points that touch (body contact)
   double joint_drift = 0.0;                              // m, largest gap of a joint
+  bool thrown = false;           // bodies gained energy from nothing, however short the step [D63]
   double max_deformation = 0.0;  // largest modal displacement of a surface point / body size
   std::vector<int> held_bodies;  // whose modes were stopped before an element turned inside out
 

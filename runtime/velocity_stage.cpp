@@ -274,7 +274,8 @@ bool advance_velocities(SimulationState& s, const std::vector<ReducedBody>& befo
   const bool dry = std::all_of(results.begin(), results.end(), [](const StageResult& body) {
     return body.water_impulse.isZero(0.0);
   });
-  if (may_halve(s.options, report, kMostForEnergy) && bodies_are_thrown(s, before, report, dry, dt))
+  report.thrown = bodies_are_thrown(s, before, report, dry, dt);
+  if (report.thrown && may_halve(s.options, report, kMostForEnergy))
     return attempt.refuse(Refusal::kThrown);
 
   // From here on the step is taken.

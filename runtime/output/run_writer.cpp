@@ -94,6 +94,7 @@ struct RunWriter::Impl {
   std::map<int, double> last_held;                // s, when a body was held (InversionGuard)
   std::map<Refusal, int> refused;                 // steps, why and how often
   double last_incompatible = -INFINITY;           // s, when closed water could not take a flow
+  double last_thrown = -INFINITY;                 // s, when bodies gained energy from nothing
 
   Impl(RunSetup s, const Simulation& simulation)
       : setup(std::move(s)),
@@ -162,6 +163,17 @@ struct RunWriter::Impl {
           fmt::format("t = {:f} s: {} m^3/s flow into water that is closed in and cannot take it",
                       report.t, number_text(flow)));
     last_incompatible = report.t;
+  }
+
+  // A line at most once a frame.
+  void tell_thrown(const StepReport& report) {
+    if (!report.thrown) return;
+    if (report.t - last_thrown > 1.0 / setup.fps)
+      progress.line(
+          fmt::format("t = {:f} s: bodies gain energy from nothing, {:.3g} m/s, although the step "
+                      "was halved {} times",
+                      report.t, report.max_speed, report.halvings));
+    last_thrown = report.t;
   }
 
   // A line when more bodies come to wait than waited before.
@@ -324,6 +336,7 @@ void RunWriter::on_step(const StepReport& report, const Simulation& simulation) 
 
   d.tell_held(report, simulation);
   d.tell_late(report.t, simulation.late_bodies());
+  d.tell_thrown(report);
   d.tell_incompatible(report, std::pow(simulation.options().grid.dx, 3));
 
   const int iterations = std::max(report.position.iterations, report.velocity.iterations);

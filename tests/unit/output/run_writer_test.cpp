@@ -96,6 +96,24 @@ TEST(RunWriter, TablesAndManifestTellTheRun) {
   EXPECT_NE(log.find("worst iteration count"), std::string::npos);
 }
 
+// Once for a frame's time, however many steps it has.
+TEST(RunWriter, BodiesThatGainEnergyFromNothingAreSaid) {
+  const ScratchFolder folder;
+  Simulation simulation = two_stones();
+  RunWriter writer(setup_in(folder / "run"), simulation);
+  for (const double t : {0.001, 0.002, 0.5}) {
+    StepReport report = simulation.step(0.005);
+    report.t = t, report.halvings = 6, report.thrown = t != 0.001;
+    writer.on_step(report, simulation);
+  }
+  const std::string log = read_whole_file(folder / "run/run.log");
+  std::size_t lines = 0, at = 0;
+  for (; (at = log.find("gain energy from nothing", at)) != std::string::npos; ++at) ++lines;
+  EXPECT_EQ(lines, 2u) << log;
+  EXPECT_NE(log.find("t = 0.002000 s: bodies gain"), std::string::npos) << log;
+  EXPECT_NE(log.find("halved 6 times"), std::string::npos) << log;
+}
+
 TEST(RunWriter, FramesHoldTheBodiesOfTheirTime) {
   const ScratchFolder folder;
   run_to_the_end(folder / "run", 0);
