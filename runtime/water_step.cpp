@@ -392,7 +392,8 @@ void WaterStep::place_markers(const std::vector<TriMesh>& obstacles,
 void WaterStep::extrapolate(const Coupling& coupling, double wall_speed,
                             const std::vector<MacField*>& fields) {
   const int layers = static_cast<int>(std::ceil(options_.cfl)) + 4;
-  const InSolidsUnderWater in_solids{deep_, coupling.open(), wall_speed};
+  constexpr double kDeep = 4.0;  // dx
+  const InSolidsUnderWater in_solids{fluid_.phi, kDeep * grid_.dx, coupling.open(), wall_speed};
   extrapolate_velocity(fields, valid_, layers, &in_solids);
   for (MacField* u : fields) {
     keep_behind_walls(coupling.obstacle_walls(), *u);

@@ -338,6 +338,17 @@ Mask continue_surface(const Grid& g, Array3<double>& phi, const Mask& solid, int
   return sheet;
 }
 
+bool InSolidsUnderWater::operator()(int axis, int face) const {
+  if (open[axis][face] >= 1.0) return false;
+  const Ijk c = unravel(open[axis], face);
+  Vec3i high(c.i, c.j, c.k), low = high;
+  --low[axis];
+  const auto is_deep = [&](const Vec3i& cell) {
+    return !phi.contains(cell[0], cell[1], cell[2]) || phi(cell[0], cell[1], cell[2]) <= -depth;
+  };
+  return is_deep(low) && is_deep(high);
+}
+
 void extrapolate_velocity(const std::vector<MacField*>& fields, FaceField<unsigned char>& valid,
                           int layers, const InSolidsUnderWater* solids) {
   for (int a = 0; a < 3; ++a) {

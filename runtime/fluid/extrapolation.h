@@ -6,16 +6,15 @@
 
 namespace archetide {
 
-/// Where slopes are believed more easily: faces that solids cut or close (open < 1), of those marked in
-/// `deep`, well under the surface [D91].
+/// Where slopes are believed more easily: faces that solids cut or close (open < 1) between cells whose
+/// phi is at most -depth, well under the surface [D91, D97].
 struct InSolidsUnderWater {
-  const FaceField<unsigned char>& deep;
+  const Array3<double>& phi;      // m
+  double depth;                   // m
   const FaceField<double>& open;  // of each face, 1
   double wall_speed;              // of the fastest solid, m/s
 
-  bool operator()(int axis, int face) const {
-    return deep[axis].data()[face] != 0 && open[axis].data()[face] < 1.0;
-  }
+  bool operator()(int axis, int face) const;
 };
 
 /// Continues fields of face velocities from valid faces (valid == 1, of all fields) into invalid

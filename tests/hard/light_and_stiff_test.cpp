@@ -118,8 +118,9 @@ void expect_leaps(int cells, const std::vector<double>& ratios, double rise, dou
   }
 }
 
-// Known miss: no rise above 1 % of the work is asked for. Measured 9, 6, 2 % at 3.2 cells a radius
-// (sheets over the ball and the column under it are thinner than a cell), 1.9, 0.9, 0.8 % at 6.4;
+// Known miss: no rise above 1 % of the work is asked for. Measured 10, 6, 2.5 % at 3.2 cells a radius
+// (sheets over the ball and the column under it are thinner than a cell), 1.7, 0.4, 1.1 % at 6.4
+// (the first 5.1 with slopes in the ball two cells under the surface [D97]);
 // the first two of 3.2 were 92 and 18 % with the whole of the debt (C22) where water only follows [D61].
 TEST(LightBall, LeavesTheWaterWithItsEnergy) { expect_leaps(32, {1e-2, 0.1, 0.3}, 0.15, 1.0); }
 TEST(SlowLightBall, LeavesTheWaterWithItsEnergy) { expect_leaps(64, {1e-2, 0.1, 0.3}, 0.05, 1.0); }

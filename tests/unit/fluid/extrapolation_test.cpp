@@ -106,7 +106,7 @@ TEST(Extrapolation, NoiseDoesNotGrow) {
 TEST(Extrapolation, WaterThatLeavesAWallIsAtMostAsFastInItAsWallsAre) {
   const Grid g = unit_grid(24, 8, 8, 0.1);
   FaceField<double> open(g, 1.0);
-  const FaceField<unsigned char> deep(g, 1);
+  const Array3<double> phi(g.nx, g.ny, g.nz, -0.5);
   const auto inside = [&](double speed, double wall_speed) {
     MacField u(g, 0.0);
     FaceField<unsigned char> valid(g, 0);
@@ -117,7 +117,7 @@ TEST(Extrapolation, WaterThatLeavesAWallIsAtMostAsFastInItAsWallsAre) {
             open[0](i, j, k) = 0.0;
           else
             valid[0](i, j, k) = 1, u[0](i, j, k) = std::ldexp(speed, 13 - i);
-    const InSolidsUnderWater solids{deep, open, wall_speed};
+    const InSolidsUnderWater solids{phi, 0.4, open, wall_speed};
     extrapolate_velocity({&u}, valid, 2, &solids);
     return std::array<double, 2>{u[0](12, 4, 4), u[0](11, 4, 4)};
   };

@@ -89,7 +89,10 @@ TEST(SurfaceRefit, LeavesStillWaterAlone) {
 TEST(SurfaceRefit, KeepsTheVolumeOfAThreadAtAnyStep) {
   const Grid g = unit_grid(32, 4, 32, 1.0 / 32);
   const auto ball = [](const Vec3& x) { return std::hypot(x[0] - 0.5, x[2] - 0.75) - 0.15; };
-  for (const double cfl : {0.5, 1.0, 4.0}) {
+  struct Case {
+    double cfl, most;  // of the volume, not shown
+  };
+  for (const auto& [cfl, most] : {Case{0.5, 1.5e-4}, {1.0, 5e-5}, {4.0, 0.03}}) {
     Water w(g, sample_cells(g, ball));
     const MacField u = vortex(g, 1.0);
     const double first = w.all(), dt = cfl * g.dx;
@@ -101,7 +104,7 @@ TEST(SurfaceRefit, KeepsTheVolumeOfAThreadAtAnyStep) {
       worst = std::max(worst, std::abs(w.shown() / first - 1.0));
     }
     std::printf("CFL %.1f: shown volume off by up to %.1e\n", cfl, worst);
-    EXPECT_LT(worst, 1.0) << cfl;
+    EXPECT_LT(worst, most) << cfl;  // measured 5.8e-5, 1.7e-5, 0.012
   }
 }
 
@@ -126,6 +129,18 @@ TEST(SurfaceRefit, IsLocal) {
   EXPECT_LT(w.phi(7, 4, 8), before(7, 4, 8));
   EXPECT_GT(w.phi(3, 4, 8), before(3, 4, 8));
   for (int i = 9; i < g.nx; ++i) EXPECT_EQ(w.phi(i, 4, 8), before(i, 4, 8)) << i;
+}
+
+// Still water that has lost a tenth of a cell everywhere at its surface rises by that, and says so.
+TEST(SurfaceRefit, TellsTheVolumeThatItMoves) {
+  const Grid g = unit_grid(8, 8, 16, 1.0 / 16);
+  Water w(g, sample_cells(g, flat));
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) w.residual(i, j, 8) = 0.1;
+  const double lost = 0.1 * g.nx * g.ny, shown = w.shown();
+  const double moved = w.refit.refit(g, w.solid, w.open, w.phi, w.held, w.residual);
+  EXPECT_NEAR(w.shown() - shown, lost, 1e-6 * lost);
+  EXPECT_NEAR(moved, lost * std::pow(g.dx, 3), 1e-2 * lost * std::pow(g.dx, 3));
 }
 
 // A slab that moves a quarter of a cell: what faces let through is what the slab's ends sweep.
