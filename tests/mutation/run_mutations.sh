@@ -7,7 +7,7 @@
 source=$(cd "$1" && pwd) out=$2 count=${3:-200} seed=${4:-1}
 mkdir -p "$out" && out=$(cd "$out" && pwd)
 copy=$out/source table=$out/mutations.txt
-[ -d "$copy" ] || git clone -q "$source" "$copy" || exit 1
+[ -d "$copy/.git" ] || git clone -q "$source" "$copy" || exit 1
 cd "$copy" || exit 1
 git fetch -q "$source" HEAD && git reset -q --hard FETCH_HEAD || exit 1
 [ -f build/CMakeCache.txt ] || cmake -S . -B build -DARCHETIDE_PRECOMPUTE=OFF >"$out/configure.log" || exit 1
